@@ -1,4 +1,4 @@
-//! Time of the flight loop, of a sample's 30 ms, and of a complete flight in closed loop.
+//! Time of the flight loop, whose budget is 30 ms per sample, and of a complete flight in closed loop.
 //!
 //! `cargo bench --bench hover`.
 

@@ -16,7 +16,7 @@ enum Reading {
     Receiver { position: [f64; 3], speed_mps: f64, course_deg: f64, climb_mps: f64 },
 }
 
-/// From the datasheets of the sensors, and a ruler.
+/// The settings are from the datasheets of the sensors; the lever arms were measured with a ruler.
 fn settings() -> EstimatorConfig {
     let imu = ImuModel::default()
         .with_gyro_noise_degps_per_sqrt_hz(0.014)
@@ -28,7 +28,7 @@ fn settings() -> EstimatorConfig {
     EstimatorConfig::default().with_imu(imu).with_mounting(mounting)
 }
 
-/// The reading in the units and axes of the estimator: SI; forward, right, down. `None` for an invalid position.
+/// The reading in SI units and the estimator's axes: forward, right, down. `None` for an invalid position.
 fn event(time: Time, reading: &Reading) -> Option<Event> {
     let turned = |[forward, left, up]: [f64; 3]| Vector::<Body>::new(forward, -left, -up);
     Some(match *reading {
@@ -69,7 +69,7 @@ fn navigate(readings: impl Iterator<Item = (f64, Reading)>) -> Option<Solution> 
     solution.health(now).velocity.is_ok().then_some(solution)
 }
 
-// Instead of your drivers, a simulated cart. It rolls to and fro along heading 40°; its vertical gyro is wrong by
+// A simulated cart replaces your drivers. It rolls to and fro along heading 40°; its vertical gyro has a bias of
 // 0.3°/s.
 
 const HEADING_DEG: f64 = 40.0;

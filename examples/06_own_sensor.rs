@@ -15,15 +15,16 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// A reading of the camera: angular rates, rad/s, at which the ground below passes backwards and to the left, and the
-/// distance to the ground, m.
+/// A reading of the camera: the angular rates, rad/s, at which the ground below moves backwards and to the left, and
+/// the distance to the ground, m.
 struct OpticalFlow {
     flow_radps: [f64; 2],
     distance_m: f64,
 }
 
-/// Position of the camera, from the point of the solution, forward, right, down, m.
+/// Position of the camera relative to the point of the solution, forward, right, down, m.
 const CAMERA_M: Vector<Body> = Vector::new(0.30, 0.0, 0.10);
+/// One-sigma of the camera's angular rates, rad/s.
 const SIGMA_RADPS: f64 = 0.03;
 
 impl Measurement for OpticalFlow {
@@ -68,7 +69,7 @@ fn reading(truth: &Expected, errors: &mut impl FnMut() -> f64) -> OpticalFlow {
     OpticalFlow { flow_radps, distance_m }
 }
 
-/// Errors of position, m, and velocity, m/s, at the end of the time without GPS.
+/// Errors of position, m, and velocity, m/s, at the end of the outage.
 fn drift(seed: u64, with_camera: bool) -> Result<[f64; 2], Box<dyn Error>> {
     let start = Geodetic::from_degrees(1.3521, 103.8198, GROUND_M + 12.0).ok_or("no position")?;
     let forward = |speed_mps| Vector::new(speed_mps, 0.0, 0.0);

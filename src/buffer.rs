@@ -2,9 +2,9 @@
 
 use core::cell::Cell;
 
-/// Moves the items from `count` on to the front; those behind them stay as they are.
+/// Moves the items from index `count` on to the front of the slice; the items after them do not change.
 ///
-/// `copy_within` does the same, but contains a panic for a reversed range.
+/// `copy_within` does the same, but contains a panic for an invalid range.
 pub(crate) fn move_to_front<T: Copy>(items: &mut [T], count: usize) {
     let cells = Cell::from_mut(items).as_slice_of_cells();
     for (to, from) in cells.iter().zip(cells.iter().skip(count)) {

@@ -33,10 +33,10 @@ pub const STANDARD_GRAVITY_MPS2: f64 = 9.806_65;
 pub const EQUATORIAL_GRAVITY_MPS2: f64 = 9.780_325_335_9;
 /// Somigliana's constant k (TR8350.2 table 3.4).
 pub const SOMIGLIANA_K: f64 = 0.001_931_852_652_41;
-/// m = ω² a² b / GM (TR8350.2 table 3.4).
+/// Ratio m = ω² a² b / GM of the gravity formula (TR8350.2 table 3.4).
 pub const GRAVITY_RATIO_M: f64 = 0.003_449_786_506_84;
 
-/// Largest height above, or depth below, the ellipsoid at which vehicles navigate, m.
+/// Largest height above the ellipsoid, or depth below it, at which vehicles navigate, m.
 const HIGHEST_M: f64 = 1e5;
 
 /// A position as geodetic latitude, longitude and height above the WGS-84 ellipsoid.
@@ -79,9 +79,9 @@ impl Geodetic {
         self.longitude_rad.to_degrees()
     }
 
-    /// Whether north is defined well enough here to navigate in NED. Requires a latitude within ±89.9°, a height
-    /// within ±100 km of the ellipsoid, and finite values. At 89.9°, 11 km from a pole, 10 m/s eastwards turns the
-    /// frame at 0.05°/s.
+    /// Whether north is defined well enough at this position to navigate in NED. Requires a latitude within ±89.9°, a
+    /// height within ±100 km of the ellipsoid, and finite values. At 89.9°, 11 km from a pole, 10 m/s eastwards turns
+    /// the frame at 0.05°/s.
     #[must_use]
     pub fn is_navigable(&self) -> bool {
         libm::fabs(self.latitude_rad) <= 89.9f64.to_radians()
@@ -89,7 +89,7 @@ impl Geodetic {
             && libm::fabs(self.height_m) <= HIGHEST_M
     }
 
-    /// Earth-centred, Earth-fixed coordinates, m (Groves 2.112).
+    /// Earth-centred, Earth-fixed coordinates of this position, m (Groves 2.112).
     ///
     /// # Source
     /// Equation (E2) of docs/equations.md.
@@ -103,7 +103,7 @@ impl Geodetic {
         Vector::new(across * cos_lon, across * sin_lon, along)
     }
 
-    /// The position of Earth-centred, Earth-fixed coordinates in m.
+    /// The position with the Earth-centred, Earth-fixed coordinates `position_m`.
     ///
     /// Bowring's iteration on the parametric latitude converges to rounding in at most four iterations over the
     /// heights of this module. `None` for NaN or infinities, and within 1 000 km of the Earth's centre, where
@@ -138,7 +138,7 @@ impl Geodetic {
         Some(Self { latitude_rad, longitude_rad: wrap_angle(libm::atan2(y, x)), height_m })
     }
 
-    /// The rotation from Earth-fixed axes to north, east, down here (Groves 2.150).
+    /// Rotation from Earth-fixed axes to north, east, down at this position (Groves 2.150).
     ///
     /// # Source
     /// Equation (E4) of docs/equations.md.
@@ -153,8 +153,8 @@ impl Geodetic {
         )))
     }
 
-    /// Straight-line vector from `origin` to here, m, resolved in the north, east and down of
-    /// `origin`: exact at any distance.
+    /// Straight-line vector from `origin` to this position, m, resolved in the north, east and down of `origin`. It is
+    /// exact at any distance.
     ///
     /// # Source
     /// Equation (E5) of docs/equations.md.
@@ -163,22 +163,22 @@ impl Geodetic {
         origin.ecef_to_ned() * (self.to_ecef() - origin.to_ecef())
     }
 
-    /// The position at `offset_m` from `origin` in the north, east and down of `origin`: the inverse of
+    /// The position at `offset_m` from `origin`, resolved in the north, east and down of `origin`: the inverse of
     /// [`local_ned_m`](Self::local_ned_m). `None` near the Earth's centre and for NaN.
     #[must_use]
     pub fn from_local_ned(origin: &Self, offset_m: Vector<Ned>) -> Option<Self> {
         Self::from_ecef(origin.to_ecef() + origin.ecef_to_ned().inverse() * offset_m)
     }
 
-    /// This position moved by a small NED displacement along the curved surface, by the radii of curvature: for
-    /// filter corrections and lever arms. The error grows with the square of the distance. Below 80° of latitude it
+    /// This position moved by a small NED displacement along the curved surface, computed with the radii of curvature;
+    /// for filter corrections and lever arms. The error grows with the square of the distance. Below 80° of latitude it
     /// is under 1 µm within 1 m and under 6 mm within 100 m.
     #[must_use]
     pub fn displaced<T: Scalar>(&self, displacement_m: Vector<Ned, T>) -> Self {
         Local::about(self).displaced(self, displacement_m)
     }
 
-    /// Small NED displacement from `from` to here, m, by the radii of curvature at `from`: the
+    /// Small NED displacement from `from` to this position, m, computed with the radii of curvature at `from`: the
     /// inverse of [`displaced`](Self::displaced).
     #[must_use]
     pub fn displacement_from(&self, from: &Self) -> Vector<Ned> {
@@ -186,7 +186,7 @@ impl Geodetic {
     }
 }
 
-/// Quantities of the Earth at one position that navigation needs, from one sine and cosine.
+/// Quantities of the Earth model that navigation needs at one position, computed from one sine and one cosine.
 #[derive(Clone, Copy, Debug)]
 pub struct Local<T = f64> {
     /// Meridian radius of curvature plus height, m: metres of northing per radian of latitude.
@@ -202,11 +202,11 @@ pub struct Local<T = f64> {
 }
 
 impl Local {
-    /// The Earth at `place`.
+    /// The Earth model at the position `place`.
     ///
-    /// Gravity is Somigliana's formula on the ellipsoid, carried to height by the second-order
-    /// series (TR8350.2 equations 4-1 and 4-3). Its northward component above the ellipsoid
-    /// (8e-9 h sin 2φ, Groves 2.140: 1 µm/s² at 120 m) is neglected.
+    /// Gravity is Somigliana's formula on the ellipsoid, extended to height by the second-order series (TR8350.2
+    /// equations 4-1 and 4-3). Its northward component above the ellipsoid (8e-9 h sin 2φ, Groves 2.140: 1 µm/s² at 120
+    /// m) is neglected.
     ///
     /// # Source
     /// Equations (E1), (E6) and (E7) of docs/equations.md.
@@ -217,7 +217,7 @@ impl Local {
 }
 
 impl<T: Scalar> Local<T> {
-    /// [`at`](Local::at) in a number type of choice.
+    /// The Earth model at the position `place`, as [`at`](Local::at), in any number type.
     #[must_use]
     pub fn about(place: &Geodetic) -> Self {
         let number = T::of;
@@ -249,7 +249,7 @@ impl<T: Scalar> Local<T> {
         }
     }
 
-    /// Rotation rate of the NED axes relative to the Earth, due to motion over it, rad/s (Groves 5.44).
+    /// Rotation rate of the NED axes relative to the Earth, caused by motion over the Earth, rad/s (Groves 5.44).
     ///
     /// # Source
     /// Equation (E8) of docs/equations.md.
@@ -263,14 +263,15 @@ impl<T: Scalar> Local<T> {
         )
     }
 
-    /// `from` moved by a small displacement; `self` must be the Earth at or near `from`.
+    /// The position `from` moved by a small displacement; `self` must be the Earth model at or near `from`.
     ///
     /// # Source
     /// Equation (E9) of docs/equations.md.
     #[must_use]
     pub fn displaced(&self, from: &Geodetic, displacement_m: Vector<Ned, T>) -> Geodetic {
         let across_m = self.east_radius_m * self.cos_latitude;
-        // Angles of a small displacement lose nothing in single precision; the sums are exact.
+        // Single precision is sufficient for the angles of a small displacement; the sums are computed in double
+        // precision.
         let latitude_rad = from.latitude_rad + (displacement_m.x() / self.north_radius_m).wide();
         let longitude_rad = from.longitude_rad + (displacement_m.y() / across_m).wide();
         Geodetic {
@@ -284,8 +285,8 @@ impl<T: Scalar> Local<T> {
         }
     }
 
-    /// `from` moved by the displacement of one integration step, by the radii at the middle of the step: second order
-    /// in its length. `self` must be the Earth at `from`.
+    /// The position `from` moved by the displacement of one integration step, computed with the radii at the middle of
+    /// the step: second order in the step's length. `self` must be the Earth model at `from`.
     ///
     /// # Source
     /// Equation (E10) of docs/equations.md.
@@ -303,7 +304,7 @@ impl<T: Scalar> Local<T> {
         middle.displaced(from, travel_m)
     }
 
-    /// Small displacement between two positions; `self` must be the Earth at or near them.
+    /// Small displacement between two positions, m; `self` must be the Earth model at or near them.
     #[must_use]
     pub fn displacement(&self, from: &Geodetic, to: &Geodetic) -> Vector<Ned, T> {
         Vector::new(

@@ -1,4 +1,4 @@
-//! One stream of all sensor measurements, in order of arrival.
+//! Events: one stream of all sensor measurements, in the order of arrival.
 
 use crate::frames::{Body, Vector};
 use crate::gps::{AntennaHeading, Fix};
@@ -7,7 +7,7 @@ use crate::time::Time;
 
 /// A measurement of a sensor. Each variant holds the reading of one kind of sensor, with its time of validity.
 ///
-/// A sensor of another kind implements [`Measurement`](crate::ekf::Measurement).
+/// For a sensor of another kind, implement [`Measurement`](crate::ekf::Measurement).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Event {
     /// A sample of the inertial unit.
@@ -16,7 +16,7 @@ pub enum Event {
     Gps(Fix),
     /// A barometric height.
     Baro(BaroReading),
-    /// The magnetic field, by a magnetometer separate from the inertial unit.
+    /// The magnetic field from a magnetometer separate from the inertial unit.
     Magnetometer(MagneticReading),
     /// The heading of two GPS antennas.
     AntennaHeading(AntennaHeading),
@@ -29,7 +29,7 @@ pub enum Event {
 pub struct BaroReading {
     /// Time of validity.
     pub time: Time,
-    /// Height above any fixed level, m, up; possible within ±100 km.
+    /// Height above any fixed level, m, up; valid within ±100 km.
     pub height_m: f64,
 }
 
@@ -84,8 +84,7 @@ impl RangeReading {
         Self { time, range_m, sigma_m: None, quality: None }
     }
 
-    /// Whether the numbers are possible for a rangefinder: distance and one-sigma from 0 to 10 km, quality from 0 to
-    /// 1.
+    /// Whether the values are possible for a rangefinder: distance and one-sigma from 0 to 10 km, quality from 0 to 1.
     #[must_use]
     pub fn is_possible(&self) -> bool {
         // Written so that a NaN is rejected.

@@ -1,5 +1,5 @@
-// The README's links lead to files next to it. The first definition of a link counts, so that these take effect in
-// the documentation.
+// The README's links lead to files next to the README. Of several definitions of a link the first one counts, so these
+// definitions take effect in the documentation.
 #![doc = "[architecture]: https://github.com/hovernav/hovernav/blob/main/docs/architecture.md"]
 #![doc = "[commands]: https://github.com/hovernav/hovernav/blob/main/docs/commands.md"]
 #![doc = "[embedded]: https://github.com/hovernav/hovernav/blob/main/docs/embedded.md"]
@@ -24,21 +24,22 @@
 //!
 //! # The tour
 //!
-//! [`prelude`] has the types of a first program. The modules in the order in which data passes them; the page of each
-//! begins with its purpose:
+//! [`prelude`] has the types of a first program. The table lists the modules in the order in which data passes through
+//! them. The page of each module begins with its purpose.
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`scalar`], [`time`], [`frames`], [`earth`] | the basis: a number type, a clock, vectors typed by frame, the ellipsoid |
+//! | [`scalar`], [`time`], [`frames`], [`earth`] | number type, clock, vectors with their frames, ellipsoid |
 //! | [`imu`], [`controls`] | a sample of an inertial unit; the names of sticks and channels |
-//! | [`dmu`], [`gps`], [`event`] | the Crossbow unit, GPS receivers, and one stream of sensor measurements |
-//! | [`sensors`] | both sensor links together: from the bytes of two lines to events |
+//! | [`dmu`], [`gps`], [`event`] | the Crossbow inertial unit, GPS receivers, and one stream of sensor measurements |
+//! | [`sensors`] | both sensor links together: events from the bytes of two serial lines |
 //! | [`setup`] | likely mistakes in units, signs and axes of the sensors |
 //! | [`ins`] | increments, the strapdown mechanization, lever arms, alignment |
 //! | [`ekf`] | the filter; [`ekf::Estimator`] is the complete filter behind one call |
 //! | [`health`] | quantities of a solution that are good enough to use, and why the others are not |
 //! | [`autopilot`] | hover control: modes, set-points and loops, from a solution to sticks |
-//! | [`servo`], [`flight_control`] | pulses from the pilot and to the servos; the pilot's switch, the autopilot and the failsafes |
+//! | [`servo`] | pulses from the pilot and to the servos |
+//! | [`flight_control`] | the pilot's switch, the autopilot and the failsafes |
 //! | [`telemetry`] | the frames that the ground station receives |
 //!
 //! A module imports only modules above it in this table. Vectors and quaternions are those of [`glam`], which is

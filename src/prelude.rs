@@ -1,13 +1,14 @@
-//! The types of a first program: sensors in, a solution out.
+//! The types of a first program, which computes a solution from sensor events.
 //!
 //! | step | types |
 //! |---|---|
 //! | settings | [`EstimatorConfig`], [`ImuModel`], [`GpsModel`], [`Mounting`] |
-//! | sensors | [`Event`]: [`ImuSample`], [`Fix`], [`BaroReading`], [`MagneticReading`], [`RangeReading`], [`AntennaHeading`] |
+//! | sensors | [`Event`]: [`ImuSample`], [`Fix`], [`BaroReading`] |
+//! | other sensors | [`Event`]: [`MagneticReading`], [`RangeReading`], [`AntennaHeading`] |
 //! | units | [`Time`], [`Geodetic`], [`Vector`] in [`Body`] or [`Ned`] axes, [`EulerAngles`] |
 //! | estimate | [`Estimator`], [`Notice`], [`Solution`], [`Health`] |
 //!
-//! A sensor without an [`Event`] implements [`Measurement`](crate::ekf::Measurement).
+//! For a sensor without an [`Event`], implement [`Measurement`](crate::ekf::Measurement).
 
 pub use crate::earth::Geodetic;
 pub use crate::ekf::{Estimator, EstimatorConfig, GpsModel, ImuModel, Notice, Solution};

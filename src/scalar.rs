@@ -2,8 +2,8 @@
 
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// `f32` or `f64`: the number type of vectors, rotations and covariances. Geographic positions and times stay exact
-/// with either: they are `f64` and whole nanoseconds.
+/// `f32` or `f64`: the number type of vectors, rotations and covariances. Geographic positions and times are exact with
+/// both types, because they are `f64` and whole nanoseconds.
 pub trait Scalar:
     Copy
     + PartialOrd
@@ -27,8 +27,8 @@ pub trait Scalar:
     const ONE: Self;
     /// The largest finite number.
     const MAX: Self;
-    /// Largest ratio of the state's variance to the measurement's for the short form of the covariance update:
-    /// √(1/ε). Beyond it the short form loses half of the digits.
+    /// Largest ratio, √(1/ε), of the state's variance to the measurement's variance for the short form of the
+    /// covariance update. Above this ratio the short form loses half of the digits.
     const MOST_INFORMATION: Self;
     /// The nearest number of this type.
     fn of(value: f64) -> Self;
@@ -46,27 +46,27 @@ pub trait Scalar:
     fn atan2(self, x: Self) -> Self;
     /// Arc sine of the number, rad, in [−π/2, π/2]; NaN beyond ±1.
     fn asin(self) -> Self;
-    /// Length of the hypotenuse over two sides, to two units in the last place. Infinite where the squares are
-    /// infinite: from 1e154 on (1e19 in single precision).
+    /// Length √(x² + y²) of the hypotenuse, to two units in the last place. Infinite where the squares are infinite:
+    /// from 1e154 on (1e19 in single precision).
     fn hypot(self, other: Self) -> Self;
-    /// Exponential function of the number.
+    /// Exponential function of this number.
     fn exp(self) -> Self;
-    /// Natural logarithm.
+    /// Natural logarithm of this number.
     fn ln(self) -> Self;
     /// The absolute value.
     fn abs(self) -> Self;
-    /// This magnitude with the sign of another number.
+    /// The magnitude of this number with the sign of `sign`.
     fn copysign(self, sign: Self) -> Self;
-    /// The greater of two numbers; of a number and NaN the number.
+    /// The greater of two numbers; if one is NaN, the other number.
     fn max(self, other: Self) -> Self;
-    /// The smaller of two numbers; of a number and NaN the number.
+    /// The smaller of two numbers; if one is NaN, the other number.
     fn min(self, other: Self) -> Self;
     /// Whether the number is neither infinite nor NaN.
     fn is_finite(self) -> bool;
 }
 
-/// A number formatted for messages: with an exponent beyond 1e9 and below 1e-6, in plain digits otherwise. So 1e300
-/// has one digit and not 301.
+/// A number formatted for messages: with an exponent beyond 1e9 and below 1e-6, in plain digits otherwise. 1e300 thus
+/// has one digit, not 301.
 ///
 /// ```
 /// use hovernav::scalar::Readable;
@@ -173,9 +173,9 @@ macro_rules! scalar {
 scalar!(f32, 2896.0, sqrt_single, sincos_single, atan2f, asinf, expf, logf, roundf);
 scalar!(f64, 67_108_864.0, sqrt_double, sincos_double, atan2, asin, exp, log, round);
 
-/// Square root by the SSE2 intrinsic; the bits are those of `libm`. In every build `libm` uses an SSE instruction.
-/// Among the wide vectors of a build with `target-cpu=native`, this instruction waits for all parts of the vector. A
-/// fix then takes 1.5 times as long.
+/// Square root by the SSE2 intrinsic; the bits are those of `libm`. `libm` uses an SSE instruction in every build. In a
+/// build with `target-cpu=native`, which uses wide vectors, this instruction waits for all lanes of the vector, and a
+/// fix takes 1.5 times as long.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 #[inline(always)]
 fn sqrt_double(of: f64) -> f64 {
@@ -184,7 +184,7 @@ fn sqrt_double(of: f64) -> f64 {
     get_f64_from_m128d_s(sqrt_m128d_s(of, of))
 }
 
-/// Square root in single precision, see [`sqrt_double`].
+/// Square root in single precision; see [`sqrt_double`].
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 #[inline(always)]
 fn sqrt_single(of: f32) -> f32 {
@@ -195,27 +195,28 @@ fn sqrt_single(of: f32) -> f32 {
 #[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
 use libm::{sqrt as sqrt_double, sqrtf as sqrt_single};
 
-/// Largest angle, rad, that is reduced by π/2 in parts. Larger angles are first reduced by 2π and lose digits;
-/// attitudes never have such angles.
+/// Largest angle, rad, whose reduction subtracts multiples of π/2, split into several constants. Larger angles are
+/// first reduced by 2π and lose digits; attitudes never have such angles.
 const REDUCED_RAD: f64 = 1e5;
-/// Largest such angle in single precision, rad, where the parts of π/2 are shorter.
+/// Largest angle, rad, for this reduction in single precision, where the constants of π/2 are shorter.
 const REDUCED_SINGLE_RAD: f32 = 1e3;
 
-/// Sine and cosine to 2.5e-16 up to 1e5 rad, without a table of π. The functions of `libm` contain a table of 3.4 kB
-/// for angles up to 1e308, and take four times as long. NaN and infinities give NaN.
+/// Sine and cosine, accurate to 2.5e-16 up to 1e5 rad, without a table of digits of π. The functions of `libm` contain
+/// a table of 3.4 kB for angles up to 1e308, and take four times as long. NaN and infinities give NaN.
 ///
-/// # Source W. J. Cody and W. Waite (1980), *Software Manual for the Elementary Functions*, chapter 8 (reduction by
-/// π/2 in parts). Coefficients and parts of π/2 are those of fdlibm (Sun Microsystems, 1993), `k_sin.c`, `k_cos.c`
-/// and `e_rem_pio2.c`.
+/// # Source
+/// W. J. Cody and W. Waite (1980), *Software Manual for the Elementary Functions*, chapter 8 (reduction by constants
+/// that add up to π/2). The coefficients and the constants of π/2 are those of fdlibm (Sun Microsystems, 1993),
+/// `k_sin.c`, `k_cos.c` and `e_rem_pio2.c`.
 fn sincos_double(angle_rad: f64) -> (f64, f64) {
-    // Written so that a NaN takes the second branch too.
+    // Written so that a NaN also takes the second branch.
     let small = libm::fabs(angle_rad) <= REDUCED_RAD;
     let angle_rad =
         if small { angle_rad } else { libm::remainder(angle_rad, core::f64::consts::TAU) };
-    // Added to so large a number, a fraction rounds to a whole number.
+    // Adding this large number rounds the quotient to a whole number.
     let quarters = (angle_rad * core::f64::consts::FRAC_2_PI + 6_755_399_441_055_744.0)
         - 6_755_399_441_055_744.0;
-    // π/2 in parts; the first parts are short, so that their products are exact.
+    // π/2 is the sum of several constants; the first constants have few digits, so that their products are exact.
     let rest = angle_rad
         - quarters * 1.570_796_326_734_125_6
         - quarters * 6.077_100_506_303_966e-11
@@ -252,7 +253,7 @@ fn sincos_double(angle_rad: f64) -> (f64, f64) {
     of_quarter(quarters as i32, sine, cosine)
 }
 
-/// Sine and cosine to 1e-7 in single precision only, for processors without double precision.
+/// Sine and cosine, accurate to 1e-7, in single precision only, for processors without double precision.
 ///
 /// # Source
 /// As [`sincos_double`]; the coefficients are those of S. L. Moshier, *Methods and Programs for Mathematical

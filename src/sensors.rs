@@ -1,9 +1,9 @@
-//! From the bytes of two serial lines to events for the estimator.
+//! Events for the estimator from the bytes of two serial lines.
 //!
-//! [`Sensors`] is the side of the inertial unit and the receiver in a flight, without any input or output of its own.
-//! It takes the bytes that a line received, with their arrival time. It returns their meaning and the bytes to write
-//! in return. The same bytes at the same times give the same events, bit for bit, so a record of the bytes replays
-//! the flight.
+//! [`Sensors`] runs the protocols of the inertial unit and the receiver in a flight. It performs no input or output
+//! itself. It takes the bytes received on a serial line, with their arrival time. It returns the measurements in the
+//! bytes, and the bytes to write. The same bytes at the same times give the same events, bit for bit, so a record of
+//! the bytes replays the flight.
 
 use crate::dmu::{
     Calibration, ClockFault, Command, Flow, Link, LinkAction, LinkFault, Measurement, Mode,
@@ -21,11 +21,11 @@ use crate::time::Time;
 /// Settings of the inertial unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DmuConfig {
-    /// Packet type that the unit sends; voltage mode gives no samples.
+    /// Packet type that the inertial unit sends; voltage mode gives no samples.
     pub mode: Mode,
     /// Source of the packet rate: polled or continuous.
     pub flow: Flow,
-    /// Ranges and signs of the unit.
+    /// Ranges and signs of the inertial unit.
     pub calibration: Calibration,
     /// Latency from the moment of a sample to the arrival of its packet's last byte, s: see [`SampleClock::new`].
     pub latency_s: f64,
@@ -36,8 +36,8 @@ pub struct DmuConfig {
 pub struct GpsConfig {
     /// Protocol of the receiver.
     pub protocol: Protocol,
-    /// Fix rate of a u-blox receiver, Hz, 1 to 10. A Trimble receiver is set to the reports that are needed, at its
-    /// own rate. `None` leaves the receiver as it is.
+    /// Fix rate of a u-blox receiver, Hz, 1 to 10. A Trimble receiver is set to the required reports, at its own rate.
+    /// `None` leaves the receiver unchanged.
     pub rate_hz: Option<u8>,
     /// Latency from the validity of a fix to its arrival, s.
     pub latency_s: f64,
@@ -49,25 +49,27 @@ pub struct GpsConfig {
 
 /// A result of received bytes: a command to write, a measurement, a fault or an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-// Only one lives on the stack at a time, and there is no heap for the large variant.
+// Only one value is on the stack at a time, and there is no heap for the large variant.
 #[allow(clippy::large_enum_variant)]
 pub enum SensorOutput {
-    /// Write the command's byte to the unit.
+    /// Write the command's byte to the inertial unit.
     WriteDmu(Command),
     /// Write these bytes to the receiver.
     WriteGps(GpsCommand),
-    /// A packet in physical units, with the time of its sample; `None` where it gave no sample.
+    /// A packet in physical units, with the time of its sample; `None` if the sample has no usable time.
     Measured(Option<Time>, Measurement),
-    /// The link to the unit failed and starts over.
+    /// The link to the inertial unit failed and restarts.
     DmuLost(Time, LinkFault),
     /// A packet has impossible or suspect values. An invalid packet gives no sample. A stuck sensor is reported each
-    /// time its run of equal words has doubled.
+    /// time the number of equal packets is a power of two.
     DmuImplausible(Time, PlausibilityFault),
     /// The sample of a packet has no usable time and is dropped.
     DmuClockFault(Time, ClockFault),
-    /// A fix of the receiver, and the checks that keep it from the estimator: empty for a good fix.
+    /// A fix of the receiver, and the failed checks, which are empty for a good fix. A fix with failed checks does not
+    /// go to the estimator.
     Fix(ReceiverFix, Failures),
-    /// A good fix without a height above the ellipsoid. It is not used unless the geoid separation is configured.
+    /// A good fix without a height above the ellipsoid. It is not used; configure the geoid separation to use such
+    /// fixes.
     FixWithoutHeight(Time),
     /// An event for the estimator.
     Event(Event),
@@ -76,10 +78,10 @@ pub enum SensorOutput {
 /// A command to the receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GpsCommand {
-    /// To a Trimble receiver.
+    /// Command to a Trimble receiver.
     #[cfg(feature = "tsip")]
     Tsip(tsip::Frame),
-    /// To a u-blox receiver.
+    /// Command to a u-blox receiver.
     #[cfg(feature = "ubx")]
     Ubx(ubx::Message),
 }
@@ -97,7 +99,7 @@ impl GpsCommand {
     }
 }
 
-/// Both sensors of a flight.
+/// The protocols of both sensors of a flight: inertial unit and receiver.
 ///
 /// ```
 /// use hovernav::dmu::{AnglePacket, Calibration, Flow, Mode};
@@ -161,12 +163,12 @@ enum ReceiverSetUp {
     Ubx(ubx::Configuration),
 }
 
-/// Largest number of link actions at one moment: the link asks for four at most. No later time exists after the last
-/// moment of [`Time`], so the limit ends the loop there.
+/// Largest number of link actions at one moment. The link has at most four. At the largest [`Time`] there is no later
+/// time to wait for, so this limit ends the loop.
 const MOST_ACTIONS: usize = 8;
 
 impl Sensors {
-    /// Sensors in any state; their set-up begins `now`.
+    /// Creates the protocols for sensors in any state; the set-up of the sensors begins `now`.
     #[must_use]
     pub fn new(dmu: DmuConfig, gps: GpsConfig, now: Time) -> Self {
         Self {
@@ -181,10 +183,10 @@ impl Sensors {
         }
     }
 
-    /// Takes `bytes` read from the inertial unit's line; the last of them arrived `now`. Pass no bytes when the time
-    /// that the last call returned was reached without any. Returns the time until which to read next.
+    /// Processes `bytes` read from the inertial unit's line; the last byte arrived `now`. Returns the time until which
+    /// the caller waits for bytes. If no byte arrives until this time, call again without bytes.
     pub fn dmu(&mut self, mut bytes: &[u8], now: Time, mut emit: impl FnMut(SensorOutput)) -> Time {
-        // Turns: at most one for each byte held or handed in: each takes a packet.
+        // Number of iterations: at most one for each stored or new byte, because each iteration takes a packet.
         while let Some(received) = self.link.next_packet(&mut bytes, now) {
             self.packet(&received, now, &mut emit);
         }
@@ -223,15 +225,15 @@ impl Sensors {
         }
     }
 
-    /// Takes `bytes` read from the receiver's line that arrived at `arrival`. Pass no bytes once the line is silent
-    /// after an epoch: this ends the epoch.
+    /// Processes `bytes` read from the receiver's line, which arrived at `arrival`. Pass no bytes once the line is
+    /// silent after an epoch: this ends the epoch.
     pub fn gps(&mut self, mut bytes: &[u8], arrival: Time, mut emit: impl FnMut(SensorOutput)) {
         if bytes.is_empty()
             && let Some(fix) = self.receiver.flush()
         {
             self.fix(fix, &mut emit);
         }
-        // Turns: at most one for each byte held or handed in, and one for a fix that was ready.
+        // Number of iterations: at most one for each stored or new byte, and one for a fix that was ready.
         while let Some(fix) = self.receiver.read(&mut bytes, arrival) {
             self.fix(fix, &mut emit);
         }
@@ -264,7 +266,7 @@ impl Sensors {
         self.receiver_set_up = ReceiverSetUp::with(&self.gps);
     }
 
-    /// The inertial unit's line.
+    /// The link to the inertial unit.
     #[must_use]
     pub const fn link(&self) -> &Link {
         &self.link

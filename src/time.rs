@@ -1,7 +1,7 @@
-//! Time on the one clock of a flight, in whole nanoseconds.
+//! Time on the common clock of a flight, in whole nanoseconds.
 //!
-//! Integer time replays bit for bit, compares exactly and keeps its resolution for any uptime. Only differences are
-//! floating point.
+//! Integer time gives the same bits in a replay, compares exactly, and has the same resolution after any uptime. Only
+//! differences are floating point.
 
 use core::fmt;
 use core::num::NonZeroU64;
@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 
 /// A moment on the clock of a data set or a flight, in nanoseconds since that clock's zero.
 ///
-/// Holds ±292 years. The zero is the log's own: only differences carry meaning.
+/// The range is ±292 years. The zero is that of the log or the flight: only differences have a meaning.
 ///
 /// ```
 /// use hovernav::time::Time;
@@ -25,7 +25,7 @@ use crate::scalar::Scalar;
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Time(NonZeroU64);
 
-/// Sign bit: toggling it maps the order of signed numbers to that of unsigned numbers.
+/// Sign bit. Toggling this bit maps the order of signed numbers to that of unsigned numbers.
 const SIGN: u64 = 1 << 63;
 
 impl Time {
@@ -44,8 +44,8 @@ impl Time {
 
     /// The moment `seconds` after the clock's zero, to the nearest nanosecond.
     ///
-    /// Saturates beyond ±9.2e9 s; a NaN gives the clock's zero. Filter and alignment report and reject measurements of
-    /// such times. [`try_from_seconds`](Self::try_from_seconds) is for times from files and users.
+    /// Saturates beyond ±9.2e9 s; a NaN gives the clock's zero. Filter and alignment reject and report measurements
+    /// with such times. Use [`try_from_seconds`](Self::try_from_seconds) for times from files and users.
     #[must_use]
     pub const fn from_seconds(seconds: f64) -> Self {
         let nanoseconds = seconds * 1e9;
@@ -61,8 +61,8 @@ impl Time {
         })
     }
 
-    /// [`from_seconds`](Self::from_seconds) for a number that may be no time: `None` if `seconds` is not finite or
-    /// beyond ±9.2e9 s.
+    /// The moment `seconds` after the clock's zero, as [`from_seconds`](Self::from_seconds), but `None` if `seconds` is
+    /// not finite or beyond ±9.2e9 s.
     #[must_use]
     pub fn try_from_seconds(seconds: f64) -> Option<Self> {
         let nanoseconds = libm::round(seconds * 1e9);
@@ -83,7 +83,7 @@ impl Time {
         f64::of_nanoseconds(self.nanoseconds())
     }
 
-    /// Seconds since `earlier`, negative if that is later, in numbers of any type.
+    /// Seconds since `earlier`, in any number type; negative if `earlier` is later.
     #[must_use]
     #[inline]
     pub fn seconds_since<T: Scalar>(self, earlier: Self) -> T {
@@ -99,7 +99,7 @@ impl Time {
 }
 
 impl Default for Time {
-    /// [`Time::ZERO`].
+    /// The clock's zero, [`Time::ZERO`].
     fn default() -> Self {
         Self::ZERO
     }
@@ -114,7 +114,7 @@ impl fmt::Debug for Time {
 impl Sub for Time {
     type Output = f64;
 
-    /// Seconds from `earlier` to `self`, negative if it is later.
+    /// Seconds from `earlier` to `self`; negative if `earlier` is later.
     fn sub(self, earlier: Self) -> f64 {
         self.seconds_since(earlier)
     }
@@ -123,7 +123,7 @@ impl Sub for Time {
 impl Add<f64> for Time {
     type Output = Self;
 
-    /// See [`Time::offset_by`].
+    /// This moment shifted by `seconds`: see [`Time::offset_by`].
     fn add(self, seconds: f64) -> Self {
         self.offset_by(seconds)
     }

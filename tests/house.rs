@@ -23,7 +23,8 @@ fn cargo(arguments: &[&str]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// The workspace's packages, each with its dependencies among them; dependencies of tests alone do not count.
+/// The workspace's packages, each with its dependencies on other packages of the workspace. Dependencies of tests do
+/// not count.
 fn packages() -> BTreeMap<String, BTreeSet<String>> {
     let metadata: Value =
         serde_json::from_str(&cargo(&["metadata", "--no-deps", "--format-version", "1"])).unwrap();
@@ -65,8 +66,8 @@ fn packages_form_no_cycle_and_nothing_is_built_on_the_command() {
     }
 }
 
-/// The modules of the flight core in the order of the tour in `src/lib.rs`, after those outside it. No module imports
-/// one that follows it.
+/// The modules of the flight core in the order of the tour in `src/lib.rs`. Modules outside the tour come first. No
+/// module imports one that follows it.
 const TOUR: [&str; 20] = [
     "buffer",
     "scalar",

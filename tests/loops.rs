@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 const ENDLESS: [&str; 5] =
     ["iter::repeat", "iter::successors", "iter::from_fn", ".cycle()", "use core::iter"];
 
-/// Reason why a loop on this line needs a `Turns:` comment.
+/// Reason why a loop on this line needs a `Turns:` comment; `None` if it needs none.
 fn needs_telling(line: &str) -> Option<&'static str> {
     let words: Vec<&str> = line.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
     if words.contains(&"while") {
@@ -93,7 +93,7 @@ fn every_loop_of_the_flight_core_says_after_how_many_turns_it_ends() {
     assert!(loops.is_empty(), "no comment above begins with \"// Turns: \":\n{loops}");
 }
 
-/// The test of the check.
+/// The test of this check itself.
 #[test]
 fn a_loop_that_may_not_end_is_found() {
     for bad in [

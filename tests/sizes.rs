@@ -17,7 +17,7 @@ use hovernav::time::Time;
 
 #[test]
 fn an_estimator_takes_16_kb_and_with_the_search_for_a_heading_21_kb() {
-    // The check of the set-up takes 300 bytes of each.
+    // The set-up check needs 300 bytes of each size.
     let sizes = [
         ("f64", size_of::<Estimator<Full, 28, f64, NoHeadingSearch>>(), 15_800),
         (
@@ -117,7 +117,7 @@ fn the_flight_finds_its_heading() {
     assert!(fly(&mut estimator(), 3_000));
 }
 
-/// Runs `run` below `ballast` frames; returns the stack taken, bytes.
+/// Runs `run` below `ballast` stack frames; returns the stack used, bytes.
 #[inline(never)]
 fn beneath(ballast: usize, top: usize, run: &mut dyn FnMut()) -> usize {
     let block = black_box([0_u8; 64]);
@@ -135,7 +135,7 @@ fn beneath(ballast: usize, top: usize, run: &mut dyn FnMut()) -> usize {
 const STACK: usize = 64 * 1024;
 const CASE: &str = "HOVERNAV_STACK_CASE";
 
-/// Measures in a child process: an overflow of its stack ends the child, not the test.
+/// The measurement runs in a child process: an overflow of its stack ends the child, not the test.
 #[test]
 fn child() {
     let Ok(case) = std::env::var(CASE) else { return };

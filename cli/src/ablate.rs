@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Ok(text) => read_ablation(&text),
         Err(_) => Vec::new(),
     };
-    // The last run of an interrupted ablation may be incomplete, or lack cuts that are asked for now.
+    // The last run of an interrupted ablation may be incomplete, or lack cuts that are requested now.
     let is_complete = |run: &str| {
         let known: BTreeSet<&str> =
             rows.iter().filter(|row| row.run == run).map(|row| &*row.cut).collect();

@@ -1,4 +1,4 @@
-//! Arguments that several subcommands share.
+//! Arguments that are common to several subcommands.
 
 use std::str::FromStr;
 
@@ -109,7 +109,7 @@ pub fn second(text: &str) -> Option<f64> {
     finite(text).filter(|at_s| (0.0..86_400.0).contains(at_s))
 }
 
-/// Remedy for a user whose autopilot is designed during the run.
+/// Advice to a user whose autopilot is designed during the run.
 #[cfg(feature = "lab")]
 pub const FORCED: &str =
     "design an autopilot for it with `hovernav design --force` and pass that with --autopilot";
@@ -131,7 +131,7 @@ pub fn refuse_unflyable(
 #[cfg(feature = "lab")]
 pub const HELICOPTER: &str = "raptor60";
 
-/// The linear model that flies: that of `vehicle`, or else the `model` of the autopilot; `None` for the nonlinear
+/// The linear model that flies: that of `vehicle`, otherwise the `model` of the autopilot; `None` for the nonlinear
 /// 60-class helicopter.
 #[cfg(feature = "lab")]
 pub fn flown(

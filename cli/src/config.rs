@@ -38,8 +38,8 @@ fn file(name: &str) -> Option<String> {
     parts.next().map(|part| format!("## {}\n", part.trim_end()))
 }
 
-/// The sections of files with the name `name` or within it, such as `filter.gate` or `filter`; or the section of the key
-/// `name`, with that key alone.
+/// The sections with the name `name` or inside that section, such as `filter.gate` or `filter`; otherwise the section
+/// that contains the key `name`, with that key alone.
 fn section(name: &str) -> Option<String> {
     let name = name.trim_matches(['[', ']']);
     let (group, key) = name.rsplit_once('.').unwrap_or((name, ""));

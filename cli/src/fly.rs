@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     try_gains(&config, beside).with_context(|| arguments.config.display().to_string())?;
     let record = arguments.record.clone().unwrap_or_else(|| config.record_path(unix_s));
     if let Some(directory) = record.parent() {
-        // A failure is that of the record too, which reports it.
+        // If the directory cannot be created, the record cannot be created either, and that is reported.
         let _ = std::fs::create_dir_all(directory);
     }
 
@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let printer = thread::spawn(move || print(&opening, &notifications));
     let report = fly(&config, &record, &Clock::start(), &stop, sender)
         .with_context(|| arguments.config.display().to_string())?;
-    // The report follows the last lines. Neither may block the end.
+    // The report follows the last lines. Neither of them may block the end of the program.
     await_at_most_1_s(&printer);
     let place = if report.record.is_absent {
         "no file: the flight was not recorded".into()
@@ -96,7 +96,7 @@ fn await_at_most_1_s(thread: &JoinHandle<()>) {
     }
 }
 
-/// Asks for a second Ctrl-C, on a thread of its own because the terminal may be stuck.
+/// Asks for a second Ctrl-C, in a separate thread because the terminal may be stuck.
 fn ask_again() {
     thread::spawn(|| {
         crate::output::complain(
@@ -121,7 +121,7 @@ fn print(opening: &[String], notifications: &Receiver<Notification>) {
             Level::Error => "error: ",
             Level::Critical => "CRITICAL: ",
         };
-        // The part that caused the message; information has no such part.
+        // The sensor or function that caused the message; it is omitted at the level of information.
         let whose = if level.is_empty() { String::new() } else { format!(" [{}]", part.name()) };
         // A write error is ignored: the terminal may be gone.
         let line = format!("{:9.3}  {level}{text}{whose}", time.seconds());
@@ -129,8 +129,7 @@ fn print(opening: &[String], notifications: &Receiver<Notification>) {
     }
 }
 
-/// Closes the loops of the autopilot around the model that the configuration names. Rejects gains that are unstable in
-/// any mode.
+/// Checks that the gains are stable in every mode with the model that the configuration names. Rejects unstable gains.
 #[cfg(feature = "lab")]
 fn try_gains(config: &FlyConfig, beside: &Path) -> anyhow::Result<()> {
     let section = config.autopilot.as_ref();

@@ -18,9 +18,9 @@ use crate::arguments::read_fly_config;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The link to the vehicle: a serial port with an optional speed, such as /dev/ttyUSB0:57600, udp:PORT for a program
-    /// on this computer, or udp:ADDRESS:PORT with this computer's address in the vehicle's network (0.0.0.0: any);
-    /// without a link, recorded flights can be viewed
+    /// The link to the vehicle: a serial port with an optional speed, such as /dev/ttyUSB0:57600, udp:PORT for a
+    /// program on this computer, or udp:ADDRESS:PORT with this computer's address in the vehicle's network (0.0.0.0:
+    /// any); without a link, recorded flights can be viewed
     #[arg(value_name = "LINK")]
     link: Option<Source>,
     /// The protocol of the vehicle [default: detected]

@@ -34,7 +34,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("bench", "the time of a cycle on this machine"),
     ("completions bash", "a script for the shell"),
     ("man DIR", "manual pages"),
-    ("identify LOG --model hybrid", "the helicopter's model, with a verdict"),
+    ("identify LOG", "the vehicle's model, with a verdict"),
     ("design MODEL", "an autopilot with its margins; MODEL also raptor60, thesis, r50"),
     ("simulate --seed 7", "a flight: helicopter, wind, sensors, estimator, servos"),
     ("simulate --test-points", "steps of the sticks, for identify"),

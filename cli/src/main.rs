@@ -2,8 +2,8 @@
 //! The library does the computation.
 //!
 //! A subcommand ("verb" in the code) is a module with `Arguments` and `run`, and a line in [`Verb`] and [`Verb::run`].
-//! A verb that needs a cargo feature also has a line in [`MISSING_FEATURES`]. Verbs do not use each other. Shared code is in
-//! [`arguments`], [`emit`], [`memory`], [`output`] and [`summary`]; the crate `hovernav-pages` draws the pages.
+//! A verb that needs a cargo feature also has a line in [`MISSING_FEATURES`]. Verbs do not use other verbs. Shared code
+//! is in [`arguments`], [`emit`], [`memory`], [`output`] and [`summary`]; the crate `hovernav-pages` draws the pages.
 
 mod arguments;
 mod emit;
@@ -247,7 +247,7 @@ fn parsed() -> Result<Arguments, clap::Error> {
     Arguments::from_arg_matches(&command.try_get_matches()?)
 }
 
-/// The entry of [`MISSING_FEATURES`] that the user asked for, if that is the cause of the error.
+/// The entry of [`MISSING_FEATURES`] that the user requested, if that is the cause of the error.
 fn missing_feature(error: &clap::Error) -> Option<&'static (&'static str, &'static str)> {
     match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(asked)) => {

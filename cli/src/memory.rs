@@ -16,7 +16,8 @@ pub fn open(log: &Path, options: &Options, times: u64) -> anyhow::Result<Log> {
     hovernav_formats::open(log, options).map_err(in_terms_of_features)
 }
 
-/// `error`, where a file in a format that this build cannot read names the feature of its reader.
+/// `error` for the user. If this build cannot read the format of the file, the error names the feature that adds the
+/// reader.
 pub fn in_terms_of_features(error: LogError) -> anyhow::Error {
     match error {
         LogError::MissingFeature { path, format, feature: reader } => {
@@ -60,9 +61,9 @@ pub fn check_smoothing(log: &Path, dataset: &Dataset) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Memory, bytes, that this process may still allocate: the least of the machine's free memory, the memory left in the
-/// control group, and the process's own limit. `u64::MAX` where the system reports no value; the allocation is then
-/// attempted.
+/// Memory, bytes, that this process may still allocate. It is the minimum of three values: the machine's free memory,
+/// the memory left in the control group, and the process's own limit. `u64::MAX` where the system reports no value; the
+/// allocation is then attempted.
 fn free_bytes() -> u64 {
     let machine = kilobytes("/proc/meminfo", "MemAvailable:");
     let known = [machine, left_in_group(), left_below_limit()].into_iter().flatten();

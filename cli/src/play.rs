@@ -27,8 +27,8 @@ pub struct Arguments {
     /// Cut the wire of `dmu` or `gps` at START for DURATION, in seconds of the log's clock; may be repeated
     #[arg(long, value_name = "WHAT=START:DURATION")]
     cut: Vec<SensorWindow>,
-    /// Unplug the port of `dmu` or `gps` at START and plug it in again after DURATION, in seconds of the log's clock; may
-    /// be repeated
+    /// Unplug the port of `dmu` or `gps` at START and plug it in again after DURATION, in seconds of the log's clock;
+    /// may be repeated
     #[arg(long, value_name = "WHAT=START:DURATION")]
     pull: Vec<SensorWindow>,
     /// Start this many seconds after the ports exist [default: start when the ports are open and packets are requested

@@ -15,9 +15,10 @@ const ONE_REQUEST: Duration = Duration::from_millis(500);
 /// Time within which the second Ctrl-C of an armed vehicle ends its flight.
 #[cfg(all(feature = "fly", target_os = "linux"))]
 const CONFIRM_WITHIN: Duration = Duration::from_secs(2);
-/// A second Ctrl-C within this time is the same one, sent to a process and its group.
+/// A second Ctrl-C within this time counts as the same Ctrl-C, sent to a process and its group.
 #[cfg(all(feature = "fly", target_os = "linux"))]
 const ONE_PRESS: Duration = Duration::from_millis(50);
+/// Interval at which a thread checks whether to stop.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
 /// A flag that the first of `signals` sets, so that the command ends in order. A second request ends the process at

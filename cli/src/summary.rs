@@ -76,7 +76,7 @@ fn write_sizes(text: &mut String, title: &str, sizes: &BTreeMap<&'static str, St
     }
 }
 
-/// The innovations of the onboard estimator next to ours: root mean square, and normalised mean square.
+/// The innovations of the onboard estimator next to those of hovernav: root mean square, and normalised mean square.
 fn write_innovations(text: &mut String, sizes: &BTreeMap<&'static str, InnovationSizes>) {
     let _ = writeln!(
         text,

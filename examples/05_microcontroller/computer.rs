@@ -66,8 +66,8 @@ impl<P: SetDutyCycle> FlightComputer<P> {
         Self { sensors, estimator, autopilot, channels, limiter, servos }
     }
 
-    /// Takes bytes of the inertial unit's line; pass none when the time that the last call returned was reached.
-    /// Returns the bytes to write, and the time until which to read next.
+    /// Processes bytes of the IMU's line. Pass no bytes when the time that the last call returned is reached. Returns
+    /// the bytes to write, and the time until which to read next.
     pub fn dmu(&mut self, bytes: &[u8], now: Time) -> (Reply, Time) {
         let mut reply = Reply::NONE;
         let Self { sensors, estimator, autopilot, .. } = self;
@@ -79,7 +79,7 @@ impl<P: SetDutyCycle> FlightComputer<P> {
         (reply, until)
     }
 
-    /// Takes bytes of the receiver's line; pass none when it is silent. Returns the bytes to write.
+    /// Processes bytes of the receiver's line. Pass no bytes when the line is silent. Returns the bytes to write.
     pub fn gps(&mut self, bytes: &[u8], now: Time) -> Reply {
         let mut reply = Reply::NONE;
         let Self { sensors, estimator, autopilot, .. } = self;
@@ -112,7 +112,7 @@ impl<P: SetDutyCycle> FlightComputer<P> {
         let servos = [throttle, collective, longitudinal, lateral, pedal].into_iter();
         for (servo, pulse) in servos.zip(pulses.to_array()) {
             let full = f64::from(servo.max_duty_cycle());
-            // Within the channel's range, and therefore within the timer's.
+            // The width is within the channel's range, and therefore within the timer's range.
             servo.set_duty_cycle((pulse.width_ms / FRAME_MS * full) as u16)?;
         }
         Ok(outputs)

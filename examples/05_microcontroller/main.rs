@@ -1,6 +1,6 @@
 //! The flight computer of a microcontroller on a desk: `computer.rs` is the part to copy, and this file replaces the
-//! chip. A Crossbow unit and an NMEA receiver, both at rest, are on their lines. Five channels of timers only store
-//! their duty.
+//! chip. A Crossbow IMU and an NMEA receiver, both at rest, are on the lines. Five channels of timers only store their
+//! duty.
 //!
 //! `cargo run --release --example 05_microcontroller`
 //!
@@ -24,7 +24,7 @@ use hovernav::servo::{ChannelConfig, Limiter};
 use hovernav::time::Time;
 
 const CYCLE_S: f64 = 0.0303;
-/// Ticks of the unit's timer, 0.79 µs each, in a cycle.
+/// Ticks of the IMU's timer, 0.79 µs each, in a cycle.
 const CYCLE_TICKS: u16 = 38_354;
 
 /// A timer channel that stores its duty: 16 bits, as on most chips.
@@ -109,7 +109,7 @@ fn stand(seconds: f64) -> Result<Outcome, Box<dyn Error>> {
     for cycle in 0..cycles {
         let began = Time::ZERO + f64::from(cycle) * CYCLE_S;
         timer = timer.wrapping_sub(CYCLE_TICKS);
-        // The unit answers at once, one byte after another as its start-up requires, until it is silent.
+        // The IMU answers at once, one byte after another as its start-up requires, until it is silent.
         let (mut reply, _) = computer.dmu(&[], began);
         let now = began + DmuMode::Angle.transfer_time_s();
         while let Some(answer) = answer(reply.as_bytes(), cycle, timer) {
@@ -124,9 +124,9 @@ fn stand(seconds: f64) -> Result<Outcome, Box<dyn Error>> {
     Ok(Outcome { solution: computer.solution(), mode, lateral_ms })
 }
 
-/// The unit's reply to a request.
+/// The IMU's reply to a request.
 fn answer(asked: &[u8], cycle: u32, timer: u16) -> Option<Vec<u8>> {
-    // Level: 1 g down; the last bit is noisy, as in every real unit.
+    // Level: 1 g down. The last bit is noisy, as in every real IMU.
     let shake = (cycle % 3) as i16;
     let packet = AnglePacket {
         attitude: [0, 0, 7_282],

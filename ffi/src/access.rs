@@ -17,7 +17,7 @@ fn checked<T>(pointer: *const T) -> Result<(), Status> {
 /// The object at `pointer`.
 ///
 /// # Safety
-/// If not null, it points to readable memory; an object there has no other user during `'a`.
+/// A `pointer` that is not null points to readable memory. An object there has no other user during `'a`.
 pub unsafe fn object<'a>(pointer: *mut Hovernav) -> Result<&'a mut Hovernav, Status> {
     checked(pointer)?;
     // SAFETY: the caller guarantees readable memory; no reference exists before the mark is checked.
@@ -34,7 +34,7 @@ pub unsafe fn object<'a>(pointer: *mut Hovernav) -> Result<&'a mut Hovernav, Sta
 /// A copy of the value at `pointer`.
 ///
 /// # Safety
-/// If not null, it points to an initialised `T`.
+/// A `pointer` that is not null points to an initialised `T`.
 pub unsafe fn input<T: Copy>(pointer: *const T) -> Result<T, Status> {
     // SAFETY: guaranteed by the caller.
     unsafe { borrowed(pointer) }.copied()
@@ -43,7 +43,7 @@ pub unsafe fn input<T: Copy>(pointer: *const T) -> Result<T, Status> {
 /// A reference to the value at `pointer`; copying a large value takes time.
 ///
 /// # Safety
-/// If not null, it points to an initialised `T` without a writer during `'a`.
+/// A `pointer` that is not null points to an initialised `T` without a writer during `'a`.
 pub unsafe fn borrowed<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
     checked(pointer)?;
     // SAFETY: not null and aligned, so the caller guarantees a `T`.
@@ -53,7 +53,8 @@ pub unsafe fn borrowed<'a, T>(pointer: *const T) -> Result<&'a T, Status> {
 /// The memory at `pointer`, for writing.
 ///
 /// # Safety
-/// If not null, it points to memory of a `T` without another user during `'a`; it may be uninitialised.
+/// A `pointer` that is not null points to memory of a `T` without another user during `'a`. The memory may be
+/// uninitialised.
 pub unsafe fn output<'a, T>(pointer: *mut T) -> Result<Output<'a, T>, Status> {
     checked(pointer)?;
     // SAFETY: not null and aligned; the caller guarantees memory of this size without another user.
@@ -63,7 +64,7 @@ pub unsafe fn output<'a, T>(pointer: *mut T) -> Result<Output<'a, T>, Status> {
 /// The memory at `pointer`, or `None` for a null pointer, for optional outputs.
 ///
 /// # Safety
-/// As for [`output`].
+/// The conditions of [`output`] apply to a `pointer` that is not null.
 pub unsafe fn optional<'a, T>(pointer: *mut T) -> Result<Option<Output<'a, T>>, Status> {
     if pointer.is_null() {
         return Ok(None);
@@ -72,10 +73,10 @@ pub unsafe fn optional<'a, T>(pointer: *mut T) -> Result<Option<Output<'a, T>>, 
     unsafe { output(pointer) }.map(Some)
 }
 
-/// The `length` bytes at `pointer`; empty for length 0 and any pointer.
+/// The `length` bytes at `pointer`; an empty slice for length 0 and any pointer.
 ///
 /// # Safety
-/// If not null, it points to `length` readable bytes without a writer during `'a`.
+/// A `pointer` that is not null points to `length` readable bytes without a writer during `'a`.
 pub unsafe fn bytes<'a>(pointer: *const u8, length: usize) -> Result<&'a [u8], Status> {
     if length == 0 {
         return Ok(&[]);

@@ -12,9 +12,9 @@ fn known(value: f64) -> Option<f64> {
     (!value.is_nan()).then_some(value)
 }
 
-/// Passes on a distance to the ground along the beam of the rangefinder, m, valid at `time_ns`. `sigma_m` is its
-/// one-sigma, m. `quality` is the sensor's quality figure from 0, invalid, to 1. Both are NaN if the sensor does not
-/// report them.
+/// Passes a distance to the ground, m, along the beam of the rangefinder to the estimator. The distance is valid at
+/// `time_ns`, and `sigma_m` is its one-sigma, m. `quality` is the sensor's quality figure, from 0 (invalid) to 1.
+/// `sigma_m` or `quality` is NaN if the sensor does not report it.
 ///
 /// HOVERNAV_STATUS_NOT_BUILT if the library was built without height-aids.
 ///
@@ -35,9 +35,9 @@ pub unsafe extern "C" fn hovernav_push_range(
     Status::of(nav.and_then(|nav| nav.flight.push_height(&Event::Range(reading))))
 }
 
-/// Passes on the heading of two GPS antennas, from the first to the second, clockwise from true north, rad, valid at
-/// `time_ns`. `sigma_rad` is its one-sigma, rad, and `length_m` the measured length of the baseline, m. Both are NaN
-/// if the receiver does not report them.
+/// Passes the heading of two GPS antennas to the estimator. The heading is the direction from the first antenna to the
+/// second, clockwise from true north, rad, valid at `time_ns`. `sigma_rad` is its one-sigma, rad, and `length_m` is the
+/// measured length of the baseline, m. `sigma_rad` or `length_m` is NaN if the receiver does not report it.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.

@@ -21,19 +21,19 @@ use crate::status::{Fault, Status};
 pub enum Mode {
     /// The pilot flies.
     Manual = 0,
-    /// Holds or moves to a position, holds the heading.
+    /// Holds a position or flies to it, and holds the heading.
     Position = 1,
-    /// Holds a velocity over ground and the heading.
+    /// Holds a velocity over ground, and the heading.
     Velocity = 2,
     /// Holds roll, pitch, heading and, if possible, height.
     Attitude = 3,
-    /// As Attitude, sinking at a set rate.
+    /// As Attitude, but descends at the configured sink rate.
     Descent = 4,
-    /// The sticks go to trim, because attitude is unknown too.
+    /// Moves the sticks to trim, because attitude is unknown.
     Neutral = 5,
 }
 
-/// Reason of the change of mode in this step.
+/// Reason for the change of mode in this step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum ModeReason {
@@ -57,13 +57,13 @@ pub enum ModeReason {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct AutopilotInputs {
-    /// The moment of the step, on the clock of the samples, ns.
+    /// Time of the step, ns, on the clock of the samples.
     pub now_ns: i64,
     /// 1 if the pilot's sticks are received, else 0.
     pub has_pilot: u32,
     /// The pilot's switch: 1 if the autopilot is to fly, else 0.
     pub engage: u32,
-    /// The pilot's sticks. If one is not finite, none of them counts as received.
+    /// The pilot's sticks. If one value is not finite, all four sticks count as not received.
     pub pilot: Sticks,
 }
 
@@ -108,7 +108,8 @@ impl<T: Scalar> From<&Outputs<T>> for AutopilotOutputs {
 }
 
 /// Starts an autopilot inside the object, or restarts it, with the sticks at trim and not engaged. `fault`, unless
-/// null, receives the first invalid value of the configuration. The previous autopilot then stays active.
+/// null, receives the first invalid value of the configuration. With an invalid configuration the previous autopilot
+/// stays active.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.
@@ -135,10 +136,10 @@ pub unsafe extern "C" fn hovernav_start_autopilot(
     }))
 }
 
-/// One step of the autopilot: call it once every period of its configuration. Its estimate is the solution without
-/// the latest corrections, which fade in over about a second. A fix thus never moves a stick by a step. Each call
-/// counts as one period, independent of `now_ns`. A call at another rate than that of the gains' design is an error
-/// that cannot be detected here. `now_ns` gives the age of the solution and the duration of a mode.
+/// Runs one step of the autopilot. Call it once every period of its configuration. The autopilot uses the solution
+/// without the latest corrections, which fade in over about a second. A fix therefore never causes a jump of a stick.
+/// Each call counts as one period, independent of `now_ns`. A call at a rate other than the design rate of the gains is
+/// an error that cannot be detected here. `now_ns` gives the age of the solution and the duration of a mode.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.
@@ -175,18 +176,18 @@ pub unsafe extern "C" fn hovernav_step_autopilot(
 
 /// In HovernavSetPoint.kind: stop, and hold the position where the vehicle stops.
 pub const HOVERNAV_SET_POINT_HOLD: u32 = 0;
-/// Fly to a position and hold it, with the current heading.
+/// In HovernavSetPoint.kind: fly to a position and hold it, with the current heading.
 pub const HOVERNAV_SET_POINT_PLACE: u32 = 1;
-/// Fly to a position and hold it, and turn to a heading.
+/// In HovernavSetPoint.kind: fly to a position and hold it, and turn to a heading.
 pub const HOVERNAV_SET_POINT_PLACE_AND_HEADING: u32 = 2;
-/// Fly at a steady velocity.
+/// In HovernavSetPoint.kind: fly at a steady velocity.
 pub const HOVERNAV_SET_POINT_VELOCITY: u32 = 3;
 
 /// A set-point; the kind determines which fields count.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct SetPoint {
-    /// One of HOVERNAV_SET_POINT_.
+    /// Kind of the set-point: one of HOVERNAV_SET_POINT_.
     pub kind: u32,
     /// Latitude, degrees.
     pub latitude_deg: f64,
@@ -194,15 +195,15 @@ pub struct SetPoint {
     pub longitude_deg: f64,
     /// Height above the ellipsoid, m.
     pub height_m: f64,
-    /// Heading, rad, from true north clockwise.
+    /// Heading, rad, clockwise from true north.
     pub heading_rad: f64,
-    /// Velocity forward of the heading, m/s.
+    /// Velocity in the direction of the heading, m/s.
     pub forward_mps: f64,
-    /// Velocity right of the heading, m/s.
+    /// Velocity to the right of the heading, m/s.
     pub right_mps: f64,
     /// Velocity downwards, m/s.
     pub down_mps: f64,
-    /// Turn rate, right positive, rad/s.
+    /// Turn rate, rad/s, positive to the right.
     pub yaw_rate_radps: f64,
 }
 

@@ -13,35 +13,36 @@ use crate::queue::NoticeQueue;
 use crate::settings::{Checked, Config};
 use crate::status::{Fault, Status};
 
-/// Memory of an object of this library, bytes: at most HOVERNAV_SIZE.
+/// Size of an object of this library, bytes: at most HOVERNAV_SIZE.
 #[unsafe(no_mangle)]
 pub extern "C" fn hovernav_size() -> usize {
     size_of::<Hovernav>()
 }
 
-/// Alignment of this memory, bytes: at most HOVERNAV_ALIGNMENT.
+/// Alignment of an object of this library, bytes: at most HOVERNAV_ALIGNMENT.
 #[unsafe(no_mangle)]
 pub extern "C" fn hovernav_alignment() -> usize {
     align_of::<Hovernav>()
 }
 
-/// The library's version, "0.1.0": static, ends with a zero byte.
+/// The library's version, such as "0.1.0": a static text that ends with a zero byte.
 #[unsafe(no_mangle)]
 pub extern "C" fn hovernav_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }
 
-/// Whether header and library match: call it with HOVERNAV_ABI. HOVERNAV_STATUS_ABI_MISMATCH if they do not.
-/// hovernav_default_config() makes the same check.
+/// Checks that header and library match; call it with HOVERNAV_ABI. Returns HOVERNAV_STATUS_ABI_MISMATCH if they do not
+/// match. hovernav_default_config() makes the same check.
 #[unsafe(no_mangle)]
 pub extern "C" fn hovernav_check_abi(abi: u32) -> Status {
     if abi == HOVERNAV_ABI { Status::Ok } else { Status::AbiMismatch }
 }
 
-/// Creates an object in `memory`, of `size` bytes, at least hovernav_size(), aligned at least to
-/// hovernav_alignment(). Returns its address, which is that of the memory. The memory belongs to the object until
-/// hovernav_destroy(); nothing else is ever allocated. An earlier object there is overwritten. `fault`, unless null,
-/// receives the first value of the configuration that is out of range.
+/// Creates an object in `memory`. `size` is the size of the memory, bytes, at least hovernav_size(). The memory is
+/// aligned at least to hovernav_alignment(). `created` receives the address of the object, which is the address of the
+/// memory. The memory belongs to the object until hovernav_destroy(); nothing else is ever allocated. An earlier object
+/// in the memory is overwritten. `fault`, unless null, receives the first value of the configuration that is out of
+/// range.
 ///
 /// HOVERNAV_STATUS_NULL_POINTER, _MISALIGNED, _MEMORY_TOO_SMALL or _OUT_OF_RANGE.
 ///
@@ -81,7 +82,7 @@ pub unsafe extern "C" fn hovernav_create(
     Status::of(create())
 }
 
-/// Builds an object in its memory, part by part: at most one of them is on the stack meanwhile.
+/// Builds an object in its memory, field by field: the stack holds at most one field at a time.
 #[expect(clippy::multiple_unsafe_ops_per_block, reason = "one condition holds for all parts")]
 fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
     let nav = memory.as_mut_ptr();
@@ -109,10 +110,10 @@ unsafe fn build<T>(slot: *mut T, new: impl FnOnce() -> T) {
     unsafe { slot.write(new()) }
 }
 
-/// Destroys an object: its memory belongs to the caller again, and its address is no longer an object. Null counts as
-/// an object already destroyed.
+/// Destroys an object. Its memory belongs to the caller again, and its address is no longer the address of an object. A
+/// null pointer is accepted and has no effect.
 ///
-/// HOVERNAV_STATUS_NOT_CREATED without an object, or _MISALIGNED.
+/// HOVERNAV_STATUS_NOT_CREATED if there is no object at the address, or _MISALIGNED.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.

@@ -45,7 +45,7 @@ pub enum Trust {
     Valid = 0,
     /// Good enough to fly on, but degraded: close to its limit, by dead reckoning, or suspect after a sensor fault.
     Degraded = 1,
-    /// Not good enough.
+    /// Not good enough to fly on.
     Lost = 2,
 }
 
@@ -53,25 +53,25 @@ pub enum Trust {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Health {
-    /// Roll, pitch and heading.
+    /// Trust in roll, pitch and heading.
     pub attitude: Trust,
-    /// Velocity, all axes.
+    /// Trust in velocity, all axes.
     pub velocity: Trust,
-    /// Position.
+    /// Trust in position.
     pub position: Trust,
-    /// Reason for roll, pitch and angular rates.
+    /// Reason why roll, pitch and angular rates are not good enough.
     pub tilt_reason: Distrust,
-    /// Reason for the heading.
+    /// Reason why the heading is not good enough.
     pub heading_reason: Distrust,
-    /// Reason for horizontal velocity.
+    /// Reason why horizontal velocity is not good enough.
     pub velocity_reason: Distrust,
-    /// Reason for vertical velocity.
+    /// Reason why vertical velocity is not good enough.
     pub vertical_velocity_reason: Distrust,
-    /// Reason for position.
+    /// Reason why position is not good enough.
     pub position_reason: Distrust,
     /// 1 if velocity and position are by dead reckoning, because fixes are missing.
     pub dead_reckoning: u32,
-    /// Time of the last accepted fix in this case, ns.
+    /// Time of the last accepted fix, ns, if dead_reckoning is 1; else 0.
     pub dead_reckoning_since_ns: i64,
 }
 
@@ -119,8 +119,8 @@ impl From<&CoreHealth> for Health {
     }
 }
 
-/// Gives the health of the estimate at `now_ns`, on the clock of the samples. Call it once a cycle: a quantity that
-/// has recovered must stay well within its limits before it counts as good.
+/// Gives the health of the estimate at `now_ns`, on the clock of the samples. Call it once a cycle: a quantity that was
+/// lost must be well within its limit before it counts as good again.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.

@@ -1,8 +1,8 @@
 //! The flight core behind a C interface: `include/hovernav.h` is made from this crate.
 //!
-//! One object, [`Hovernav`], in memory of the caller. Nothing is allocated, no clock is read and no panic is
-//! reachable. Each function checks its pointers and values and returns a [`Status`]. The crate only translates: a log
-//! replayed through it gives the same bits as the Rust core.
+//! The interface has one type of object, [`Hovernav`], in memory of the caller. Nothing is allocated, no clock is read
+//! and no panic is reachable. Each function checks its pointers and values and returns a [`Status`]. The crate only
+//! translates: a log replayed through it gives the same bits as the Rust core.
 //!
 //! Rules for every function: a pointer that is not null must point to a value of its type for the length of the call.
 //! Only one thread at a time may use an object. Null pointers, misaligned pointers and memory without an object are
@@ -22,7 +22,7 @@ mod access;
 mod output;
 mod queue;
 
-// The order of the header; blank lines between the modules keep it.
+// The modules are in the order of the header. The blank lines stop rustfmt from sorting them.
 mod status;
 
 mod object;
@@ -68,7 +68,7 @@ mod bare_metal {
     use core::panic::PanicInfo;
 
     unsafe extern "C" {
-        /// Defined nowhere.
+        /// Declared here and defined nowhere, so that a program with a reachable panic does not link.
         fn hovernav_a_panic_is_reachable() -> !;
     }
 

@@ -1,4 +1,4 @@
-//! Raw bytes of the two sensor lines.
+//! Raw bytes of the two serial lines: inertial unit and GPS receiver.
 
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
@@ -8,24 +8,25 @@ use crate::object::Hovernav;
 use crate::settings::{LinesConfig, LinesFault};
 use crate::status::{Fault, Status};
 
-/// Size of the reply, bytes: more than any call needs.
+/// Size of the buffer for a reply, bytes: more than any call needs.
 pub const HOVERNAV_REPLY: usize = 64;
 
-/// Result of the bytes of a line.
+/// Result of the bytes passed from one serial line.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct LineResult {
-    /// Bytes to write to the same line now: the first reply_length of reply.
+    /// Bytes to write to the same line now; the first reply_length bytes count.
     pub reply: [u8; HOVERNAV_REPLY],
     /// Number of bytes in the reply.
     pub reply_length: u32,
-    /// Number of samples or fixes passed to the estimator.
+    /// Number of samples or fixes in the bytes that were passed to the estimator.
     pub used: u32,
-    /// Number of rejected packets or fixes: impossible values, no usable time, not good enough.
+    /// Number of packets or fixes rejected because of impossible values, an unusable time or insufficient quality.
     pub refused: u32,
-    /// 1 if the link to the unit failed and starts over, else 0.
+    /// 1 if the link to the inertial unit failed and restarts, else 0.
     pub lost: u32,
-    /// For the inertial unit: time until which to read next, ns. Call again then, with or without bytes.
+    /// For the inertial unit: time, ns, until which the caller waits for bytes. Call again when bytes arrive, or at
+    /// this time without bytes.
     pub read_until_ns: i64,
 }
 
@@ -65,8 +66,8 @@ impl LineResult {
     }
 }
 
-/// Starts the protocols on both lines, or restarts them. `fault`, unless null, receives the first invalid value of
-/// the configuration.
+/// Starts the protocols on both serial lines, or restarts them. `fault`, unless null, receives the first invalid value
+/// of the configuration.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.
@@ -94,7 +95,7 @@ pub unsafe extern "C" fn hovernav_start_lines(
     }))
 }
 
-/// One of the two lines.
+/// One of the two serial lines.
 #[derive(Clone, Copy)]
 enum Line {
     Dmu,
@@ -140,8 +141,8 @@ unsafe fn push(
     }))
 }
 
-/// Takes `length` bytes read from the inertial unit's line; the last of them arrived at `now_ns`. Pass 0 bytes when
-/// the time that the last call returned was reached without any. Its samples go to the estimator.
+/// Processes `length` bytes read from the inertial unit's line; the last byte arrived at `now_ns`. Pass 0 bytes if no
+/// byte arrived until the `read_until_ns` of the previous call. Samples in the bytes go to the estimator.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate; `bytes` has `length` bytes, and may be null if that is 0.
@@ -157,8 +158,8 @@ pub unsafe extern "C" fn hovernav_push_dmu_bytes(
     unsafe { push(Line::Dmu, nav, bytes, length, now_ns, result) }
 }
 
-/// Takes `length` bytes read from the receiver's line that arrived at `now_ns`. Pass 0 bytes once the line is silent
-/// after an epoch: this ends the epoch. Good fixes go to the estimator.
+/// Processes `length` bytes read from the receiver's line, which arrived at `now_ns`. Pass 0 bytes once the line is
+/// silent after an epoch: this ends the epoch. Good fixes go to the estimator.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate; `bytes` has `length` bytes, and may be null if that is 0.

@@ -13,7 +13,7 @@ use crate::status::Status;
 
 /// In HovernavImuSample.has: gyro and accel are integrals since the previous sample.
 pub const HOVERNAV_IMU_INCREMENTS: u32 = 1;
-/// In HovernavImuSample.has: the unit's own attitude is present.
+/// In HovernavImuSample.has: the inertial unit's own attitude is present.
 pub const HOVERNAV_IMU_ATTITUDE: u32 = 2;
 /// In HovernavImuSample.has: the magnetic field is present.
 pub const HOVERNAV_IMU_MAGNETIC_FIELD: u32 = 4;
@@ -26,15 +26,16 @@ pub struct ImuSample {
     pub time_ns: i64,
     /// Sum of HOVERNAV_IMU_ flags; 0 for rates only.
     pub has: u32,
-    /// Angular rate, rad/s; as an increment its integral, rad.
+    /// Angular rate, rad/s; with HOVERNAV_IMU_INCREMENTS its integral since the previous sample, rad.
     pub gyro: [f64; 3],
-    /// Specific force, m/s^2 (level and at rest z is -9.81); as an increment its integral, m/s.
+    /// Specific force, m/s^2 (level and at rest z is -9.81); with HOVERNAV_IMU_INCREMENTS its integral since the
+    /// previous sample, m/s.
     pub accel: [f64; 3],
-    /// The unit's own roll, rad.
+    /// Roll from the inertial unit's own attitude, rad.
     pub roll_rad: f64,
-    /// The unit's own pitch, rad.
+    /// Pitch from the inertial unit's own attitude, rad.
     pub pitch_rad: f64,
-    /// The unit's own yaw, rad, from north clockwise.
+    /// Yaw from the inertial unit's own attitude, rad, clockwise from north.
     pub yaw_rad: f64,
     /// Magnetic field, gauss.
     pub magnetic_field_gauss: [f64; 3],
@@ -48,11 +49,11 @@ pub const HOVERNAV_FIX_HORIZONTAL_VELOCITY: u32 = 2;
 pub const HOVERNAV_FIX_DOWN_VELOCITY: u32 = 4;
 /// In HovernavFix.has: one-sigma of velocity is present.
 pub const HOVERNAV_FIX_VELOCITY_SIGMA: u32 = 8;
-/// In HovernavFix.has: the height was held or assumed, so that neither height nor down velocity counts.
+/// In HovernavFix.has: the receiver held or assumed the height, so that neither height nor down velocity counts.
 pub const HOVERNAV_FIX_TWO_DIMENSIONAL: u32 = 16;
 
-/// A satellite fix of the antenna, at its time of validity (arrival minus latency), on the clock of the inertial
-/// samples.
+/// A satellite fix of the antenna. Its time is the time of validity (arrival minus latency), on the clock of the
+/// inertial samples.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct Fix {
@@ -129,10 +130,10 @@ impl Fix {
     }
 }
 
-/// Passes on a sample of the inertial unit. A notice reports a sample that the estimator cannot use: not finite, or
-/// not later than the previous one. Notices report all other results too. The estimator bridges a gap of any length.
-/// A wrong time far in the future therefore counts as a gap, and every sample up to it is rejected. Then
-/// hovernav_get_health() reports the estimate as stale, and the object must be created again.
+/// Passes a sample of the inertial unit to the estimator. A notice reports a sample that the estimator cannot use: not
+/// finite, or not later than the previous sample. Notices report all other results too. The estimator bridges a gap of
+/// any length. A wrong time far in the future therefore counts as a gap, and every sample up to this time is rejected.
+/// In this case hovernav_get_health() reports the estimate as stale, and the object must be created again.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.
@@ -149,8 +150,8 @@ pub unsafe extern "C" fn hovernav_push_imu(nav: *mut Hovernav, sample: *const Im
     }))
 }
 
-/// Passes on a fix. A fix up to 10 s later than the last inertial sample waits for the next sample. A notice reports
-/// impossible velocities and one-sigmas, and a time on another clock than that of the samples.
+/// Passes a fix to the estimator. A fix up to 10 s later than the last inertial sample waits for the next sample. A
+/// notice reports impossible velocities and one-sigmas, and a time on a clock other than that of the samples.
 ///
 /// HOVERNAV_STATUS_OUT_OF_RANGE for an invalid position: not finite, latitude beyond 90 degrees, longitude beyond
 /// 360, height beyond 100 km. HOVERNAV_STATUS_UNKNOWN_CODE for an unknown flag.
@@ -170,8 +171,8 @@ pub unsafe extern "C" fn hovernav_push_fix(nav: *mut Hovernav, fix: *const Fix) 
     }))
 }
 
-/// Passes on a barometric height above any fixed level, m, up, valid at `time_ns`. A notice reports a height beyond
-/// 100 km.
+/// Passes a barometric height to the estimator: m, up, above any fixed level, valid at `time_ns`. A notice reports a
+/// height beyond 100 km.
 ///
 /// HOVERNAV_STATUS_NOT_BUILT if the library was built without height-aids.
 ///
@@ -191,8 +192,8 @@ pub unsafe extern "C" fn hovernav_push_baro(
     )
 }
 
-/// Passes on the field of a magnetometer separate from the inertial unit, three components in body axes, gauss, valid
-/// at `time_ns`. Only its direction is used.
+/// Passes the magnetic field of a magnetometer separate from the inertial unit to the estimator. `field_gauss` has
+/// three components in body axes, gauss, valid at `time_ns`. Only its direction is used.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate; `field_gauss` points to three numbers.
@@ -214,8 +215,8 @@ pub unsafe extern "C" fn hovernav_push_magnetometer(
     }))
 }
 
-/// Passes on the current speed of the rotor, turns a second, Hz: the notch follows it from the next sample on. At 0,
-/// a rotor at rest, the notch stays at its last frequency.
+/// Passes the current speed of the rotor to the notch: turns a second, Hz. The notch follows this speed from the next
+/// sample on. At 0, a rotor at rest, the notch stays at its last frequency.
 ///
 /// HOVERNAV_STATUS_NO_NOTCH if the configuration has no notch; HOVERNAV_STATUS_OUT_OF_RANGE for a speed that is not
 /// finite, negative, or 10000 Hz and more.

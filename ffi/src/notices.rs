@@ -17,21 +17,22 @@ use crate::status::Status;
 pub enum NoticeKind {
     /// Alignment ended; the first solution is available. `sigma`: one-sigma of its heading, rad.
     Aligned = 0,
-    /// The heading, unknown at the start, is found. `sigma`: one-sigma of the heading, rad.
+    /// The estimator has found the heading, which was unknown at the start. `sigma`: one-sigma of the heading, rad.
     HeadingFound = 1,
-    /// The heading was wrong and was replaced. `value`: the turn, rad; `sigma`: one-sigma, rad.
+    /// The heading was wrong and was replaced. `value`: change of the heading, rad; `sigma`: one-sigma of the new
+    /// heading, rad.
     HeadingReset = 2,
     /// Alignment is complete except for a heading.
     HeadingMissing = 3,
-    /// A measurement was compared with the estimate, axis by axis: see `axes`.
+    /// The filter compared a measurement with the estimate, axis by axis: see `axes`.
     Updated = 4,
-    /// A measurement was not compared: see `aid` and `reason`.
+    /// The filter did not use a measurement: see `aid` and `reason`.
     NotUsed = 5,
-    /// An inertial sample ended a gap, which was bridged. `value`: length of the gap, s.
+    /// An inertial sample ended a gap, which the estimator bridged. `value`: length of the gap, s.
     GapBridged = 6,
     /// The covariance was reset. `value`: the length of the gap that caused it, s, else 0.
     CovarianceReset = 7,
-    /// Inertial samples start to saturate, or their vibration is far above the usual level.
+    /// Inertial samples start to saturate, or their vibration is far above its usual level.
     SampleSuspect = 8,
     /// An inertial sample was rejected: see `reason`.
     SampleRefused = 9,
@@ -40,23 +41,23 @@ pub enum NoticeKind {
     HeadingDoubted = 10,
     /// An event unknown to this header.
     Other = 11,
-    /// The magnetic field differs from its usual value: a current or iron is nearby. `value`: difference as a share
-    /// of its strength; `sigma`: one-sigma of the resulting error of the magnetic heading, rad.
+    /// The magnetic field differs from its usual value: a current or iron is nearby. `value`: difference as a fraction
+    /// of the field's strength; `sigma`: one-sigma of the resulting error of the magnetic heading, rad.
     FieldDisturbed = 12,
     /// The magnetic field is at its usual value again. `value`: 0 if the field returned, 1 if it stayed changed and
     /// became the new usual value.
     FieldUsual = 13,
-    /// The position of the antenna differs from its lever arm, and the position found is used instead. `value`:
-    /// distance between the two, m; `sigma`: one-sigma of each horizontal part, m.
+    /// The position of the antenna differs from the configured lever arm; the estimator uses the estimated position
+    /// instead. `value`: distance between the two positions, m; `sigma`: one-sigma of each horizontal component, m.
     AntennaElsewhere = 14,
     /// The vehicle rolls on wheels: without fixes its velocity across the road is constrained. `sigma`: one-sigma of
-    /// its velocity across, m/s. Only with the feature `height-aids`.
+    /// this velocity, m/s. Only with the feature `height-aids`.
     OnWheels = 15,
-    /// The vehicle is off its wheels: the constraint has ended.
+    /// The vehicle no longer rolls on wheels: the constraint of its velocity across the road has ended.
     OffWheels = 16,
     /// The first samples or fixes show a likely mistake in units, signs or axes; the solution cannot be trusted.
     /// `value`: a HovernavSetupFault, whose text is hovernav_setup_fault_text(); `sigma`: the mean specific force,
-    /// m/s^2, the turn reported by the gyros in half a second, rad, or the size of the velocity's unit, m/s; else 0.
+    /// m/s^2, the turn reported by the gyros in half a second, rad, or the unit of the velocity, m/s; else 0.
     SetupSuspect = 17,
 }
 
@@ -64,7 +65,7 @@ pub enum NoticeKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Aid {
-    /// The notice has no such source.
+    /// The notice does not concern a source of measurements.
     None = 0,
     /// GPS position and velocity.
     Gps = 1,
@@ -90,15 +91,15 @@ pub enum UnusedReason {
     None = 0,
     /// A value is not finite, or beyond the measurable range.
     NotFinite = 1,
-    /// Older than the filter's history.
+    /// The measurement is older than the filter's history.
     TooOld = 2,
-    /// Later than the inertial samples.
+    /// The measurement is later than the inertial samples.
     AheadOfImu = 3,
     /// The reading repeats the previous one, although the vehicle moves.
     Repeated = 4,
-    /// Too soon after the previous one to add information at its noise; no fault.
+    /// The measurement is too soon after the previous one to add information at its noise; no fault.
     TooSoon = 5,
-    /// The filter has no state for it; no fault.
+    /// The filter has no state for the measurement; no fault.
     NoState = 6,
     /// The heading is still unknown; no fault.
     HeadingUnknown = 7,
@@ -113,21 +114,21 @@ pub enum UnusedReason {
     OutOfRange = 11,
     /// The beam of the rangefinder points away from the ground; no fault.
     TooTilted = 12,
-    /// A baseline longer or shorter than the mounted one.
+    /// The measured baseline is longer or shorter than the mounted baseline.
     WrongBaseline = 13,
     /// A heading of two antennas that points in the opposite direction.
     Reversed = 14,
     /// A sample that a logger interpolated linearly between others.
     Interpolated = 15,
-    /// An attitude that turns differently from the gyros.
+    /// An attitude whose change differs from the turn measured by the gyros.
     TurnsOtherwise = 16,
-    /// A single reading of the magnetic field that differs from the earlier ones.
+    /// A single reading of the magnetic field that differs from the earlier readings.
     Outlier = 17,
-    /// A magnetic field with too small a horizontal part: vertical or zero.
+    /// A magnetic field whose horizontal component is too small: vertical or zero.
     FieldTooSteep = 18,
-    /// After a gap roll and pitch are not accurate enough yet to level a magnetic field; no fault.
+    /// Roll and pitch after a gap are not yet accurate enough to level the magnetic field; no fault.
     NotLevelled = 19,
-    /// The barometer's previous reading again; no fault.
+    /// The barometer repeated its previous reading; no fault.
     NothingNew = 20,
     /// The estimator has not aligned yet; no fault.
     NotAligned = 21,
@@ -177,7 +178,7 @@ pub enum Channel {
     WheelsRight = 18,
     /// Velocity of a vehicle on wheels normal to its road, down, m/s.
     WheelsDown = 19,
-    /// A row of a sensor of the caller, in its unit.
+    /// A row of a sensor of the caller, in the unit of the row.
     Own = 20,
 }
 
@@ -187,7 +188,7 @@ pub enum Channel {
 pub enum Verdict {
     /// The axis corrected the state.
     Accepted = 0,
-    /// Outside the gate; the state is unchanged.
+    /// The innovation is outside the gate; the state is unchanged.
     Rejected = 1,
     /// Accepted after a lockout: the filter was reset to the measurement.
     Reopened = 2,
@@ -214,19 +215,19 @@ pub const HOVERNAV_AXES: usize = 6;
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Notice {
-    /// The kind, which determines which of the fields below count.
+    /// Kind of the notice; it determines which other fields count.
     pub kind: NoticeKind,
     /// Source of the measurement.
     pub aid: Aid,
-    /// Reason why it was not used.
+    /// Reason why the measurement or sample was not used.
     pub reason: UnusedReason,
     /// Number of valid entries in `axes`.
     pub axis_count: u32,
     /// Time of the event, ns.
     pub time_ns: i64,
-    /// Meaning depends on the kind.
+    /// Number whose meaning depends on the kind: see HovernavNoticeKind.
     pub value: f64,
-    /// Meaning depends on the kind.
+    /// Number whose meaning depends on the kind: see HovernavNoticeKind.
     pub sigma: f64,
     /// The axes of an update, in the order of their processing.
     pub axes: [Innovation; HOVERNAV_AXES],
@@ -416,8 +417,8 @@ impl From<&CoreNotice> for Notice {
     }
 }
 
-/// Gives the oldest unread notice and removes it; HOVERNAV_STATUS_NOT_YET when all are read. The queue stores twelve,
-/// more than one measurement can cause. Call it after each push until HOVERNAV_STATUS_NOT_YET.
+/// Gives the oldest unread notice and removes it; HOVERNAV_STATUS_NOT_YET when all are read. The queue stores twelve
+/// notices, more than one measurement can cause. After each push call it until it returns HOVERNAV_STATUS_NOT_YET.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.
@@ -435,7 +436,7 @@ pub unsafe extern "C" fn hovernav_next_notice(nav: *mut Hovernav, notice: *mut N
     }))
 }
 
-/// Gives the number of unread notices that newer ones overwrote.
+/// Gives the number of unread notices that newer notices overwrote.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.

@@ -1,4 +1,4 @@
-//! The object: estimator, health, autopilot and sensor lines in one piece of memory.
+//! The object: estimator, health monitor, autopilot and sensor protocols in one piece of memory.
 
 use core::mem::{align_of, size_of};
 
@@ -16,10 +16,10 @@ use crate::status::Status;
 /// Version of the binary interface: increases with every change of a structure, a code or a function.
 pub const HOVERNAV_ABI: u32 = 9;
 
-/// Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
+/// Largest size of an object, bytes, in any build of the library. hovernav_size() gives the size in this build.
 pub const HOVERNAV_SIZE: usize = 34_816;
 
-/// Largest memory of an object in a library built without heading-search, bytes.
+/// Largest size of an object, bytes, in a library built without heading-search.
 pub const HOVERNAV_SIZE_WITHOUT_SEARCH: usize = 28_672;
 
 /// Alignment of an object's memory, bytes.
@@ -38,7 +38,8 @@ type Number = f64;
 #[cfg(feature = "f32")]
 type Number = f32;
 
-/// Estimator, health, autopilot and sensor lines. The content is private; its size is hovernav_size().
+/// The object with estimator, health monitor, autopilot and sensor protocols. Its content is private; its size is
+/// hovernav_size().
 pub struct Hovernav {
     /// Equal to `MARK` from the end of creation to destruction.
     pub(crate) mark: u64,
@@ -46,13 +47,13 @@ pub struct Hovernav {
     pub(crate) flight: Flight,
 }
 
-/// The parts that receive the sensor events.
+/// The components that receive the sensor events.
 pub(crate) struct Flight {
-    /// Notch filter before all other parts.
+    /// Notch filter, which all inertial samples pass before any other component.
     pub notch: Option<Notch>,
     pub estimator: Filtering<Number, Search>,
     pub monitor: HealthMonitor<Number>,
-    /// The autopilot's estimate without steps, restarted with the autopilot.
+    /// Estimate for the autopilot: the solution without the jumps of corrections.
     pub stepless: SteplessSolution<Number>,
     pub autopilot: Option<HoverAutopilot<Number>>,
     pub notices: NoticeQueue,
@@ -67,7 +68,7 @@ const _: () = {
 };
 
 impl Flight {
-    /// [`push`](Self::push)es a height, if the build has states for it.
+    /// Calls [`push`](Self::push) with a height, if the build has states for it.
     pub fn push_height(&mut self, event: &Event) -> Result<(), Status> {
         if cfg!(not(feature = "height-aids")) {
             return Err(Status::NotBuilt);
@@ -85,7 +86,8 @@ impl Flight {
         self.estimator.update_traced(measurement, time, &mut self.stepless)
     }
 
-    /// Passes the event to all parts, a sample without the rotor's vibration, and then the estimator's notices.
+    /// Passes the event to all components, and the estimator's notices to monitor, autopilot and queue. The notch first
+    /// removes the rotor's vibration from an inertial sample.
     pub fn push(&mut self, event: &Event) {
         let Self { notch, estimator, monitor, stepless, autopilot, notices } = self;
         let filtered = match (event, notch) {

@@ -13,7 +13,7 @@ use crate::notices::Notice;
 use crate::object::Hovernav;
 use crate::status::Status;
 
-/// The motion of a sensor that the filter expects at the time of a reading.
+/// Motion of a sensor at the time of a reading, as predicted by the filter.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Expected {
@@ -38,31 +38,32 @@ pub struct Expected {
 /// Largest number of rows of one reading.
 pub const HOVERNAV_ROWS: usize = 6;
 
-/// One measured quantity in any unit: its residual, and the derivatives of the expected value by the motion of the
-/// sensor. All numbers are finite: residual and sigma at most 1e9, derivatives at most 1e6, sigma at least 1e-9.
+/// One measured quantity in any unit: its residual, and the derivatives of the expected value with respect to the
+/// motion of the sensor. All numbers are finite: residual and sigma at most 1e9, derivatives at most 1e6, sigma at
+/// least 1e-9.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C)]
 pub struct Row {
-    /// Measured minus expected.
+    /// Measured value minus expected value.
     pub residual: f64,
     /// One-sigma of the measurement's white error.
     pub sigma: f64,
-    /// Derivative by the position north, east, down, per m.
+    /// Derivative of the expected value with respect to the position north, east, down, per m.
     pub by_position: [f64; 3],
-    /// Derivative by the velocity north, east, down, per m/s.
+    /// Derivative of the expected value with respect to the velocity north, east, down, per m/s.
     pub by_velocity: [f64; 3],
-    /// Derivative by a small rotation of the body about north, east, down, per rad.
+    /// Derivative of the expected value with respect to a small rotation of the body about north, east, down, per rad.
     pub by_attitude: [f64; 3],
-    /// Derivative by the velocity in body axes, per m/s: in place of `by_velocity` and `by_attitude`, or in addition
-    /// to them.
+    /// Derivative of the expected value with respect to the velocity in body axes, per m/s. It replaces `by_velocity`
+    /// and `by_attitude`, or adds to them.
     pub by_velocity_body: [f64; 3],
-    /// Derivative by the angular rate about the body axes, per rad/s.
+    /// Derivative of the expected value with respect to the angular rate about the body axes, per rad/s.
     pub by_angular_rate: [f64; 3],
 }
 
-/// Compares a reading with the expected motion: writes a row for each measured quantity to `rows`, which has room for
-/// HOVERNAV_ROWS and is zero before, and returns their number. 0 for a reading that is not to be used. It must not use
-/// the object. `context` is that of HovernavOwnSensor.
+/// Function of the caller that compares a reading with the expected motion. It writes one row for each measured
+/// quantity to `rows` and returns the number of rows, or 0 to reject the reading. `rows` has room for HOVERNAV_ROWS
+/// rows and is zero before the call. The function must not use the object. `context` is the field of HovernavOwnSensor.
 pub type Compare = Option<
     unsafe extern "C" fn(expected: *const Expected, rows: *mut Row, context: *mut c_void) -> u32,
 >;
@@ -71,9 +72,9 @@ pub type Compare = Option<
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct OwnSensor {
-    /// Compares a reading; must not be null.
+    /// Function that compares a reading; must not be null.
     pub compare: Compare,
-    /// Passed to `compare`, for example the reading; may be null.
+    /// Pointer passed to `compare`, for example to the reading; may be null.
     pub context: *mut c_void,
     /// Position of the sensor relative to the reference point of the lever arms, body axes, m.
     pub lever_arm_m: [f64; 3],
@@ -106,7 +107,7 @@ impl Row {
     }
 }
 
-/// A sensor with a function.
+/// A sensor of the caller whose function is not null.
 struct Callable {
     compare: unsafe extern "C" fn(*const Expected, *mut Row, *mut c_void) -> u32,
     context: *mut c_void,
@@ -121,7 +122,7 @@ impl Measurement for Callable {
         let count =
             unsafe { (self.compare)(&raw const motion, written.as_mut_ptr(), self.context) };
         if count as usize > HOVERNAV_ROWS {
-            // Not a number, so that the reading is rejected with its reason.
+            // A residual of NaN makes the filter reject the reading and report the reason.
             rows.push(CoreRow::new(f64::NAN, 1.0));
         }
         for row in written.iter().take(count as usize) {

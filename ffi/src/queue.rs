@@ -2,7 +2,8 @@
 
 use hovernav::ekf::Notice;
 
-/// Largest number of notices; one sample causes fewer, so a caller that reads after each call loses none.
+/// Largest number of notices in the queue. One sample causes fewer notices, so a caller that reads after each call
+/// loses none.
 const ROOM: usize = 12;
 
 /// The unread notices; new ones overwrite the oldest.

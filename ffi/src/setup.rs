@@ -20,7 +20,7 @@ pub enum SetupFault {
     ForceOtherRange = 4,
     /// Accelerations without gravity.
     ForceWithoutGravity = 5,
-    /// Accelerations of another size than gravity.
+    /// Accelerations whose size differs from gravity, in an unknown unit or range.
     ForceSize = 6,
     /// A specific force that does not point along -z: axes other than forward, right, down.
     ForceDirection = 7,
@@ -56,7 +56,7 @@ impl SetupFault {
         (Self::VelocityScale, c"velocity in another unit, expected m/s"),
     ];
 
-    /// The fault, and the size that its notice gives.
+    /// The code of the fault, and the number in its notice.
     pub(crate) fn of(fault: &CoreSetupFault) -> (Self, f64) {
         match *fault {
             CoreSetupFault::ForceSize { mean_mps2, scale } => {

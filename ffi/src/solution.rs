@@ -31,7 +31,7 @@ pub struct Solution {
     pub roll_rad: f64,
     /// Pitch, rad.
     pub pitch_rad: f64,
-    /// Heading, rad, from true north clockwise.
+    /// Heading, rad, clockwise from true north.
     pub yaw_rad: f64,
     /// Angular rate p, q, r, body axes, rad/s.
     pub angular_rate_radps: [f64; 3],
@@ -52,7 +52,7 @@ pub struct Solution {
 }
 
 impl<T: Scalar> From<&CoreSolution<T>> for Solution {
-    /// Converts number by number: a conversion of the whole solution to `f64` would cost one more copy.
+    /// Converts each number separately: a conversion of the whole solution to `f64` would need one more copy.
     fn from(core: &CoreSolution<T>) -> Self {
         let body_to_ned = core.body_to_ned.cast::<f64>();
         let velocity_mps = core.velocity_mps.cast::<f64>();
@@ -107,12 +107,12 @@ pub unsafe extern "C" fn hovernav_get_solution(
     }))
 }
 
-/// Count of numbers in the matrix of hovernav_get_covariance().
+/// Number of elements in the matrix of hovernav_get_covariance().
 pub const HOVERNAV_COVARIANCE: usize = 81;
 
-/// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers. Its rows are the attitude error (a
-/// small turn, rad), the velocity error (m/s) and the position error (m) of the inertial unit. Each is north, east,
-/// down. HOVERNAV_STATUS_NOT_YET until alignment and a search for the heading, if any, have ended.
+/// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers. Its rows are the attitude error (a small
+/// rotation, rad), the velocity error (m/s) and the position error (m) of the inertial unit, each north, east, down.
+/// HOVERNAV_STATUS_NOT_YET until alignment and a search for the heading, if any, have ended.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate; `covariance` points to room for HOVERNAV_COVARIANCE numbers.

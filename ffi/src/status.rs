@@ -11,7 +11,7 @@ use crate::output::Output;
 pub enum Status {
     /// Success.
     Ok = 0,
-    /// Nothing to give yet: before alignment has ended, or when all notices are read.
+    /// No result yet: alignment has not ended, or all notices are read.
     NotYet = 1,
     /// A required pointer is null.
     NullPointer = -1,
@@ -23,7 +23,7 @@ pub enum Status {
     NotCreated = -4,
     /// Header and library are of different versions of the binary interface.
     AbiMismatch = -5,
-    /// A value is out of its range; HovernavFault names it, where the function has one.
+    /// A value is out of its range. If the function has a HovernavFault, this names the value.
     OutOfRange = -6,
     /// An unknown code, kind or flag.
     UnknownCode = -7,
@@ -78,7 +78,7 @@ impl Status {
         }
     }
 
-    /// `OutOfRange`; writes the fault `wrong` to `fault`, if the caller has given one.
+    /// Writes the fault `wrong` to `fault`, unless the caller passed null, and returns `OutOfRange`.
     pub(crate) fn reject(wrong: Fault, fault: Option<Output<'_, Fault>>) -> Self {
         if let Some(slot) = fault {
             slot.write(wrong);

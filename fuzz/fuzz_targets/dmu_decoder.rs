@@ -62,7 +62,7 @@ fn decode(mode: Mode, piece: usize, announce: u8, stream: &[u8]) -> Decoder {
     decoder
 }
 
-/// The bytes as replies of a unit: the link asks, waits and starts over, and always makes progress.
+/// Passes the bytes as replies of an IMU: the link asks, waits and starts over, and always makes progress.
 fn converse(mode: Mode, flow: Flow, piece: usize, stream: &[u8]) {
     let mut now = Time::ZERO;
     let mut link = Link::new(mode, flow, now);

@@ -14,7 +14,7 @@ fuzz_target!(|data: &[u8]| {
     if data.starts_with(b"\x89MCAP") {
         return check(data);
     }
-    // Without topics the writer's numbers of topics apply: the first is the configuration.
+    // Without topics in the file, the writer's own numbers of topics apply: the first one is the configuration.
     let mut message = vec![5];
     message.extend((22 + CONFIGURATION.len() as u64).to_le_bytes());
     message.extend([1, 0]);

@@ -16,7 +16,7 @@ fuzz_target!(|stream: &[u8]| {
         if let Some(received) = decoder.push(*byte) {
             let start = at + 1 - LENGTH;
             assert!(start >= end, "packets overlap");
-            // The packet may contain unused data: widths without their bit.
+            // The packet may contain widths whose bit is not set; such widths are not compared.
             let (sent, again) = (&stream[start..=at], received.packet.encode());
             assert_eq!((sent[2], sent[3]), (again[2], again[3]));
             for (_, at) in [(0, 4), (1, 6), (2, 8), (3, 10), (4, 12), (7, 14)]

@@ -1,7 +1,7 @@
 //! Any bytes through the ground's decoder, and any values through the vehicle's packing.
 //!
-//! A delivered frame packs into the bytes that it came in. A complete frame after a zero is found, regardless
-//! of earlier bytes.
+//! A delivered frame, packed again, gives the bytes from which it was decoded. A complete frame after a zero is found,
+//! regardless of earlier bytes.
 #![no_main]
 
 use hovernav::earth::Geodetic;
@@ -53,7 +53,7 @@ fuzz_target!(|input: &[u8]| {
     let _ = decoder.push(0);
     let found: Vec<_> = packed.iter().filter_map(|byte| decoder.push(*byte)).collect();
     let [Ok(told)] = found[..] else { panic!("{found:?}") };
-    // Values that were packed once are packed exactly the second time.
+    // Values that were packed once do not change when they are packed again.
     let again = frame::pack(&told.snapshot, 7);
     let found: Vec<_> = again.iter().filter_map(|byte| decoder.push(*byte)).collect();
     assert_eq!(found, [Ok(told)]);

@@ -17,7 +17,7 @@ pub struct Channel {
     pub range: (f64, f64),
     /// Limits of the alarm: below the first or above the second value.
     pub alarm: (f64, f64),
-    /// The channel with its one-sigma.
+    /// The channel that contains the one-sigma of this channel.
     pub sigma: Option<Id>,
 }
 

@@ -14,7 +14,7 @@ const DRIFT: f64 = 2e-4;
 pub struct VehicleClock {
     /// Ground time minus vehicle time, s, at the first comparison.
     offset_s: Option<f64>,
-    /// Smallest recent difference, s: that of a frame without delay.
+    /// Smallest recent difference between ground time and vehicle time, s: that of a frame without delay.
     least_s: f64,
     last_arrival_s: f64,
     /// Number of times the vehicle's clock was set.

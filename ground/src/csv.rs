@@ -14,17 +14,17 @@ const PIECE: usize = 64 * 1024;
 #[derive(Clone, Debug)]
 pub struct Table {
     channels: Vec<Id>,
-    /// Per channel, the time up to which values were already dropped when the table was begun, s; empty before the
-    /// header.
+    /// Per channel, the time up to which the store had already dropped values when the table was begun, s. Empty before
+    /// the header is written.
     gone_s: Vec<f64>,
-    /// Time of the last written row, s; `None` before the header.
+    /// Time of the last written row, s; `None` before the header is written.
     written_s: Option<f64>,
     is_whole: bool,
     from_s: f64,
     to_s: f64,
 }
 
-/// Values were dropped from the store before they were written. The message is also the last line of the table.
+/// Error: values were dropped from the store before they were written. The message is also the last line of the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrokenOff {
     /// Time up to which the table is complete, s.
@@ -150,7 +150,7 @@ mod tests {
             }
         };
         fly(&mut store, 0..30_000);
-        // Values dropped before the table was begun are not missing, nor are values after its end.
+        // Values that were dropped before the table was begun do not count as missing, nor do values after its end.
         let mut short = Table::new(vec![Id::Roll, Id::Satellites], 20_000.0, 20_100.0);
         let mut slow = Table::new(vec![Id::Roll, Id::Satellites], 0.0, 1e9);
         assert!(short.piece(&store).unwrap().unwrap().ends_with("\n20100.000000,20100,9\n"));

@@ -58,7 +58,7 @@ pub fn dataset(store: &Store, manifest: &Manifest) -> Dataset {
     for (time_s, _) in store.series(Id::RateP).between(f64::NEG_INFINITY, f64::INFINITY) {
         let rates = three([Id::RateP, Id::RateQ, Id::RateR], time_s, 1f64.to_radians());
         let forces = three([Id::AccelX, Id::AccelY, Id::AccelZ], time_s, STANDARD_GRAVITY_MPS2);
-        // A cycle without a new sample repeats the previous one.
+        // In a cycle without a new sample, the telemetry repeats the previous sample.
         let measured =
             rates.zip(forces).filter(|measured| before.replace(*measured) != Some(*measured));
         if let Some((angular_rate_radps, specific_force_mps2)) = measured {

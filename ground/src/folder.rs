@@ -71,7 +71,7 @@ impl Folder {
         Ok(self.root.join(format!("{}.results", checked(name)?)))
     }
 
-    /// Whether the results of a record with this name would be written through a link, to another place.
+    /// Whether the results of a record with this name would be written through a link, to a directory outside.
     ///
     /// # Errors
     /// As [`Folder::record`].

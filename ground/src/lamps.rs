@@ -1,4 +1,4 @@
-//! The status of each part of the vehicle, with the reason in words.
+//! The status of each sensor and function of the vehicle, with the reason in words.
 
 use hovernav::autopilot::{Check, Mode};
 use hovernav::telemetry::{ControlFlags, StatusFlags, SystemMode};
@@ -39,7 +39,7 @@ pub fn value_names(id: Id) -> Vec<&'static str> {
 /// One lamp.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Lamp {
-    /// Name of the part.
+    /// Name of the sensor or function.
     pub name: &'static str,
     /// State.
     pub light: Light,
@@ -59,7 +59,8 @@ fn said(value: f64, digits: usize, unit: &str) -> String {
 /// The status flags, and the flags that the vehicle reports.
 fn statuses(value: &impl Fn(Id) -> f64) -> (StatusFlags, StatusFlags) {
     let bits = |id| Some(value(id)).filter(|bits| !bits.is_nan()).map(|bits| bits as u16);
-    // Each pair has a rate of its own. Old records contain only the status of hovernav vehicles, which report all flags.
+    // Each pair is sent at its own rate. Old records contain only the status of hovernav vehicles, which report all
+    // flags.
     let pairs = [(Id::Status, Id::StatusKnown), (Id::EstimateStatus, Id::EstimateStatusKnown)];
     let (mut all, mut all_known) = (0, 0);
     for (status, known) in pairs {
@@ -71,8 +72,8 @@ fn statuses(value: &impl Fn(Id) -> f64) -> (StatusFlags, StatusFlags) {
     (StatusFlags::from_bits(all), StatusFlags::from_bits(all_known))
 }
 
-/// The lamps for channel values; `value` returns NaN for unknown channels. `silence` is the reason why no present values
-/// exist, if so.
+/// The lamps for channel values; `value` returns NaN for unknown channels. `silence` is the reason if no present values
+/// exist.
 #[must_use]
 pub fn lamps(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Vec<Lamp> {
     let (status, known) = statuses(&value);
@@ -153,7 +154,7 @@ pub fn lamps(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Vec<Lamp> {
     lamps
 }
 
-/// Whether the vehicle is armed, with words; `None` if it does not report that.
+/// Whether the vehicle is armed, with a description; `None` if the vehicle does not report it.
 fn arming(
     value: &impl Fn(Id) -> f64,
     status: StatusFlags,
@@ -184,7 +185,7 @@ fn arming(
 /// Flight control: mode, state, and the checks that would prevent an engagement now.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Control {
-    /// Pilot or autopilot, whichever flies; for a vehicle of another project, its flight mode.
+    /// `pilot` or `autopilot`, whichever flies; for a vehicle of another project, its flight mode.
     pub flies: String,
     /// Mode of the autopilot; `None` without an autopilot.
     pub mode: Option<&'static str>,

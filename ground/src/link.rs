@@ -16,7 +16,7 @@ use crate::store::TextLevel;
 
 /// Longest wait for bytes before the thread checks for other work, s.
 const WAIT_S: f64 = 0.02;
-/// Interval between requests while no telemetry arrives.
+/// Interval between two requests for frames while no telemetry arrives.
 const ASK: Duration = Duration::from_millis(500);
 /// Interval between attempts to open a socket.
 const RETRY: Duration = Duration::from_millis(500);
@@ -33,7 +33,7 @@ pub enum Source {
         /// Baud rate.
         baud: u32,
     },
-    /// UDP datagrams that arrive at this address. A port alone is one of this computer, for programs on it.
+    /// UDP datagrams that arrive at this address. A port alone means an address of this computer, for programs on it.
     Udp(SocketAddr),
 }
 
@@ -76,7 +76,7 @@ impl fmt::Display for Source {
     }
 }
 
-/// A station that several threads share.
+/// A station that several threads use.
 pub type SharedStation = Arc<Mutex<Station>>;
 
 /// Locks a station. A station whose lock was poisoned by a panic is still used.
@@ -201,7 +201,8 @@ fn udp(address: SocketAddr, station: &SharedStation, stop: &AtomicBool) {
         };
         if let Ok((count, from)) = open.recv_from(&mut buffer) {
             let mut station = lock(station);
-            // Only one vehicle at a time: another is accepted only after this one has been silent.
+            // The link follows one vehicle at a time. Another vehicle is accepted only after the present one has been
+            // silent.
             if vehicle.is_none_or(|known| known == from) || station.is_silent() {
                 if vehicle != Some(from) {
                     asking.said = None;

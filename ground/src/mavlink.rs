@@ -19,7 +19,8 @@ use translate::Translator;
 
 /// Largest number of unknown message types whose layout is remembered.
 const STRANGERS: usize = 256;
-/// Silence of the present vehicle, s, after which the decoder switches to another autopilot, however often that one sends.
+/// Silence of the present vehicle, s, after which the decoder switches to another autopilot, at any message rate of the
+/// other one.
 const GONE_S: f64 = 5.0;
 
 /// Counts of the stream.
@@ -41,7 +42,7 @@ pub struct Decoder {
     vehicle: Option<Vehicle>,
     /// Layouts of message types that the vehicle sends and the decoder does not know.
     strangers: BTreeMap<u32, u8>,
-    /// Whether version 2 was received. Bytes that look like version 1 are then ignored.
+    /// Whether version 2 was received. After that, bytes that look like version 1 are ignored.
     speaks_second: bool,
     /// Whether a complete message was received, from any sender.
     pub is_spoken: bool,
@@ -74,7 +75,7 @@ impl Decoder {
     pub fn receive(&mut self, bytes: &[u8], arrival_s: f64, mut said: impl FnMut(Said)) {
         self.now_s = arrival_s;
         self.bytes.extend_from_slice(bytes);
-        // Moved out, so that a frame can borrow the bytes while `self` changes.
+        // The bytes are moved out of `self`, so that a frame can borrow them while `self` changes.
         let bytes = std::mem::take(&mut self.bytes);
         let mut from = 0;
         while let Some(start) = self.next_magic(&bytes[from..]) {
@@ -157,7 +158,7 @@ impl Decoder {
         }
     }
 
-    /// Counts a message and the missing ones before it. Returns whether it is from the vehicle.
+    /// Counts a message and the missing messages before it. Returns whether the message is from the vehicle.
     fn count(&mut self, frame: &Frame<'_>) -> bool {
         let Some(vehicle) = self.vehicle.as_mut().filter(|it| it.sender == frame.sender) else {
             return false;

@@ -110,7 +110,7 @@ impl Player {
         self.position_s
     }
 
-    /// Whether it plays, and its speed.
+    /// Whether the player plays, and its speed.
     #[must_use]
     pub const fn state(&self) -> (bool, f64) {
         (self.plays, self.speed)

@@ -62,7 +62,7 @@ pub enum RecordError {
         /// Its size.
         found: u64,
     },
-    /// The file is neither a record of a ground station nor a readable one of a flight computer.
+    /// The file is neither a record of a ground station nor a readable record of a flight computer.
     #[error("{source}")]
     Flight {
         /// The cause.

@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 /// A time, seconds since the start of 1970, and a value; NaN is a gap.
 pub type Point = (f64, f64);
 
-/// Time without a value, in usual periods, that makes a gap.
+/// Time without a value, in usual periods, that counts as a gap.
 const GAP_PERIODS: f64 = 3.0;
-/// Limits of the shortest time without a value that makes a gap, s.
+/// Smallest and largest limit of the time without a value that counts as a gap, s.
 const GAP_S: (f64, f64) = (0.25, 3.0);
 /// Time without a value, in usual periods, after which a channel is silent.
 pub const SILENT_PERIODS: f64 = 2.0;
@@ -29,16 +29,17 @@ pub struct Series {
     period_s: f64,
     /// Time of the newest value, including a NaN that only extended a gap, s.
     last_s: f64,
-    /// Time of the last value that was dropped for lack of room, s.
+    /// Time of the last value that was dropped because the buffer was full, s.
     gone_s: f64,
-    /// Times at which the value changed, s, as far back as `points`; only for a channel [`of_states`](Self::of_states).
+    /// Times at which the value changed, s. They reach back as far as `points`; only for a channel
+    /// [`of_states`](Self::of_states).
     changes: Option<VecDeque<f64>>,
     /// Number of received values, up to four.
     received: u8,
 }
 
 impl Series {
-    /// A series with room for `room` values, including gaps.
+    /// A series with space for `room` values, including gaps.
     #[must_use]
     pub const fn new(room: usize) -> Self {
         Self {
@@ -84,7 +85,7 @@ impl Series {
     fn is_outage(&mut self, since_s: f64) -> bool {
         let longest_s = |period_s: f64| (GAP_PERIODS * period_s).clamp(GAP_S.0, GAP_S.1);
         if self.received == 2 {
-            // The first period is the usual one until the next value.
+            // The first period counts as the usual one until the next value arrives.
             self.period_s = since_s.min(GAP_S.1);
             return since_s > GAP_S.1;
         }
@@ -155,8 +156,8 @@ impl Series {
         Some(value).filter(|value| !value.is_nan())
     }
 
-    /// The time, s, since which the channel has had its value at `time_s`, and whether the value was different or
-    /// missing before. `None` without a value, or for a channel that is not [`of_states`](Self::of_states).
+    /// The time, s, since which the channel has had its value at `time_s`. The flag is whether the value was different
+    /// or missing before. `None` without a value, or for a channel that is not [`of_states`](Self::of_states).
     #[must_use]
     pub fn since(&self, time_s: f64) -> Option<(f64, bool)> {
         self.at(time_s)?;
@@ -280,7 +281,7 @@ mod tests {
             let last = *places.last().unwrap();
             let greatest = plotted.iter().map(|point| point.1).fold(0.0, f64::max);
             prop_assert_eq!(greatest, 100.0 + last as f64);
-            // Every column with a spike shows one.
+            // Every column that contains a spike shows it.
             for place in &places {
                 let time_s = *place as f64 / 33.0;
                 let width_s = 20_000.0 / 33.0 / columns as f64;

@@ -17,10 +17,11 @@ use crate::test_points::TestPoints;
 const ROOM: usize = 40_000;
 /// Shortest time without a frame after which the link is down, s.
 const SILENT_S: f64 = 1.0;
-/// Delay of the last frame relative to the fastest, s, above which the telemetry is the past.
+/// Delay of the last frame relative to the fastest frame, s, above which the telemetry counts as past.
 const LATE_S: f64 = 1.0;
-/// Weight of the newest period in the usual period of the link, and the longest period that counts, s.
+/// Weight of the newest period in the usual period of the link.
 const SHARE: f64 = 0.1;
+/// Longest period that is used for the usual period, s.
 const LONGEST_PERIOD_S: f64 = 3.0;
 
 /// The present time, seconds since the start of 1970.
@@ -29,7 +30,7 @@ pub fn now_s() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs_f64()
 }
 
-/// The clock by which a station judges the age of its telemetry.
+/// The clock by which a station determines the age of its telemetry.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Clock {
     /// The clock of this computer.
@@ -39,7 +40,7 @@ pub enum Clock {
     Stopped(f64),
 }
 
-/// A time in words: whole seconds, from two minutes on minutes.
+/// A duration in words: whole seconds, and minutes from two minutes on.
 fn lasted(seconds: f64) -> String {
     if seconds < 120.0 {
         format!("{seconds:.0} s")
@@ -215,8 +216,8 @@ impl Station {
         }
     }
 
-    /// Time since the last frame, s, if the link is down at `now_s`: after two usual periods, and after a second at the
-    /// earliest. Before the first frame `None`.
+    /// Time since the last frame, s, if the link is down at `now_s`. The link is down after two usual periods, and
+    /// after at least one second. `None` before the first frame.
     fn silent_s(&self, now_s: f64) -> Option<f64> {
         let periods_s = SILENT_PERIODS * self.period_s.unwrap_or(0.0) + SILENT_MARGIN_S;
         self.last_frame_s
@@ -224,7 +225,7 @@ impl Station {
             .filter(|since_s| *since_s > periods_s.max(SILENT_S))
     }
 
-    /// Reason, in words, for which all telemetry is the past at `now_s`; `None` while telemetry arrives.
+    /// Reason, in words, why all telemetry is past at `now_s`; `None` while telemetry arrives.
     #[must_use]
     pub fn silence(&self, now_s: f64) -> Option<String> {
         let paused = if self.link.wanted { "" } else { "paused: " };
@@ -246,8 +247,8 @@ impl Station {
         now_s - self.behind_s + late_s
     }
 
-    /// The value of a channel at `now_s`, seconds since the start of 1970; NaN if unknown, or older than two of its usual
-    /// periods.
+    /// The value of a channel at `now_s`, seconds since the start of 1970. NaN if the value is unknown, or older than
+    /// two usual periods of the channel.
     #[must_use]
     pub fn latest(&self, id: Id, now_s: f64) -> f64 {
         match self.silent_s(now_s) {

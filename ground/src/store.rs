@@ -135,8 +135,8 @@ impl Store {
         &self.series[id as usize]
     }
 
-    /// The newest value of a channel; NaN if unknown, or if the channel is silent at `now_s`, seconds since the start of
-    /// 1970.
+    /// The newest value of a channel. NaN if the value is unknown, or if the channel is silent at `now_s`, seconds
+    /// since the start of 1970.
     #[must_use]
     pub fn latest(&self, id: Id, now_s: f64) -> f64 {
         self.series(id).latest(now_s).map_or(f64::NAN, |(_, value)| value)
@@ -149,8 +149,8 @@ impl Store {
     }
 
     /// The time, s, since which the flight mode at `time_s` has been unchanged: since all known mode channels have had
-    /// their present values. The flag indicates whether this is the exact time of the change or only a lower limit of the
-    /// duration. `None` if no mode is known.
+    /// their present values. The flag is true if this is the exact time of the change, and false if the mode may have
+    /// begun earlier. `None` if no mode is known.
     #[must_use]
     pub fn in_mode_since(&self, time_s: f64) -> Option<(f64, bool)> {
         let begun = MODES.iter().filter_map(|id| self.series(*id).since(time_s));

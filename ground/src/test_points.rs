@@ -25,13 +25,15 @@ const BEGINS_PCT: f64 = 5.0;
 const ENDS_PCT: f64 = 3.0;
 /// Longest step, s; a longer one is a new trim.
 const LONGEST_S: f64 = 4.0;
-/// Shortest and smallest step, s and %; less is ordinary flying.
+/// Shortest step, s; a shorter one is ordinary flying.
 const SHORTEST_S: f64 = 0.4;
+/// Smallest step, %; a smaller one is ordinary flying.
 const LEAST_PCT: f64 = 7.0;
 /// Averaging time of the trim, s.
 const TRIM_S: f64 = 3.0;
-/// Required size and duration of a step.
+/// Required size of a step, %.
 const SIZE_PCT: (f64, f64) = (10.0, 15.0);
+/// Required duration of a step, s.
 const HELD_S: (f64, f64) = (1.3, 1.7);
 /// Largest movement of another stick during a step, %.
 const OTHERS_PCT: f64 = 5.0;
@@ -100,7 +102,7 @@ pub struct TestPoints {
     flown: [Option<Flown>; 4],
     steps: Vec<Step>,
     judged: usize,
-    /// Time when the response to the last step has decayed, if that step is not judged yet.
+    /// Time at which the response to the last step has decayed, if that step is not yet evaluated.
     due_s: Option<f64>,
     progress: Vec<Progress>,
 }
@@ -113,7 +115,7 @@ struct Flown {
     deviations: Vec<f64>,
     /// Positions of all sticks at the start, %.
     began_at: [f64; 4],
-    /// Largest movement of another stick since then, %.
+    /// Largest movement of another stick since the start, %.
     others_pct: f64,
 }
 
@@ -126,7 +128,7 @@ impl TestPoints {
         for (slot, (id, ..)) in sticks.iter_mut().zip(STICKS) {
             match value(id) {
                 Some(value) if !value.is_nan() => *slot = value,
-                // The batch is a supplement, or the pilot's signal is missing.
+                // A batch without this stick: it is a supplement, or the pilot's signal is missing.
                 None => return,
                 Some(_) => return self.forget(),
             }
@@ -265,7 +267,7 @@ impl TestPoints {
         &self.steps[self.steps.len().saturating_sub(12)..]
     }
 
-    /// The step in progress; the largest if several sticks are away from trim.
+    /// The step in progress. If several sticks are away from trim, it is the largest step.
     #[must_use]
     pub fn under_way(&self) -> Option<UnderWay> {
         let flown = self.flown.iter().zip(STICKS);

@@ -17,7 +17,8 @@ use crate::log::{PyLog, from_json};
 use crate::solution::Solution;
 
 /// Errors of a trajectory against a reference, as `hovernav score --json` prints them: `error`, for each axis the
-/// `rmse`, `median`, `p95` and `max`; `within_3_sigma` and `error_over_sigma` where there are one-sigmas; `warnings`.
+/// `rmse`, `median`, `p95` and `max`; `within_3_sigma` and `error_over_sigma` if the solution has one-sigmas;
+/// `warnings`.
 ///
 /// Parameters
 /// ----------
@@ -25,7 +26,7 @@ use crate::solution::Solution;
 ///     A path is a `solution.csv`, an output directory of `hovernav estimate`, a TUM or EuRoC file, or a directory with
 ///     a mapping.
 /// reference : Solution or path
-///     A path is also a dataset directory with a `reference.csv`, or such a file.
+///     A path may also be a dataset directory with a `reference.csv`, or such a file.
 /// align : bool
 ///     Rotate the solution about the vertical and translate it, by least squares.
 /// axes : str
@@ -36,7 +37,7 @@ use crate::solution::Solution;
 /// Raises
 /// ------
 /// LogError
-///     If a file cannot be read, or both have no time in common.
+///     If a file cannot be read, or solution and reference do not overlap in time.
 #[pyfunction]
 #[pyo3(signature = (solution, reference, *, align=false, axes="enu", skip_s=None))]
 pub fn score<'py>(
@@ -69,7 +70,7 @@ pub fn score<'py>(
     Ok(from_json(py, &scored)?)
 }
 
-/// One side of a comparison.
+/// One of the two trajectories of a comparison.
 enum Side {
     Path(PathBuf),
     Solution(Py<Solution>),
@@ -115,21 +116,21 @@ pub fn axes_of(axes: &str) -> Result<LocalAxes> {
     }
 }
 
-/// A copy of a log with faults, as `hovernav inject` makes it. A reference of the log stays the truth of the copy.
+/// Copy a log and add faults, as `hovernav inject` does. The reference of the log is also the reference of the copy.
 ///
 /// Parameters
 /// ----------
 /// log : Log or path
 /// faults : str or sequence of str
 ///     NAME[=VALUE][@[START][:DURATION]], with times in seconds of the log's clock, such as "glitch-step=60@100:15".
-///     Omitted times are drawn from the seed. `hovernav inject --fault list` prints all names.
+///     Omitted times are random, from the seed. `hovernav inject --fault list` prints all names.
 /// seed : int
 ///     Seed of random times, directions and noise: the same seed gives the same log.
 ///
 /// Raises
 /// ------
 /// FaultError
-///     For an unknown fault, or one that the log cannot have.
+///     For an unknown fault, or a fault of a sensor or time that the log lacks.
 /// LogError
 ///     If the log cannot be read.
 #[pyfunction]
@@ -162,19 +163,19 @@ pub fn inject(
     })
 }
 
-/// Allan deviation of an inertial unit at rest, overlapping, at about ten averaging times a decade.
+/// Overlapping Allan deviation of an inertial unit at rest, at about ten averaging times per decade.
 ///
 /// Parameters
 /// ----------
 /// readings : Log, path, or array of shape (n,)
-///     A still log, or evenly spaced readings of one axis.
+///     A log at rest, or evenly spaced readings of one axis.
 /// rate_hz : float, optional
 ///     Rate of the readings of an array; not for a log.
 ///
 /// Returns
 /// -------
 /// Table
-///     `tau_s` and `deviation`, in the unit of the readings; of a log `tau_s` and one column for each axis, such as
+///     `tau_s` and `deviation`, in the unit of the readings. For a log, `tau_s` and one column for each axis, such as
 ///     `gyro_x_radps` and `accel_z_mps2`. White noise of density N is N/sqrt(tau).
 ///
 /// Raises
@@ -217,7 +218,7 @@ pub fn allan<'py>(
     Ok(table(py, split(["tau_s", "deviation"], rows))?)
 }
 
-/// Largest ratio of an interval to the median one without a gap.
+/// Largest ratio of an interval between samples to the median interval; a longer interval is a gap.
 const EVEN: f64 = 1.5;
 
 fn of_log(log: &PyLog) -> Result<Vec<(&'static str, Vec<f64>)>> {

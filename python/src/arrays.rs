@@ -1,4 +1,4 @@
-//! A dataset from arrays, with the checks of a log's reader.
+//! A dataset from arrays, with the same checks as for a log.
 
 use hovernav::frames::EulerAngles;
 use hovernav::imu::{ImuSample, Motion};
@@ -19,7 +19,7 @@ pub struct Tables<'a, 'py> {
     pub controls: Option<&'a Bound<'py, PyAny>>,
 }
 
-/// The dataset in `tables`, the inertial samples in these `axes`.
+/// The dataset from `tables`; the inertial samples have the axes `axes`.
 pub fn dataset(
     tables: &Tables<'_, '_>,
     axes: &str,
@@ -60,12 +60,12 @@ pub fn dataset(
     Ok(dataset)
 }
 
-/// `group` and its columns.
+/// The names of a group and of its columns.
 fn with<'a>(group: &'a str, columns: &[&'a str]) -> Vec<&'a str> {
     std::iter::once(group).chain(columns.iter().copied()).collect()
 }
 
-/// The error for a `fault` in a row, in the words of the reader of a log.
+/// Returns the error for a `fault` in a row, with the same message as for a log.
 fn reject(table: &str, row: usize, fault: Option<&'static str>) -> Result<()> {
     let Some(fault) = fault else { return Ok(()) };
     let fault = ["skipped: ", "rejected: "]
@@ -128,7 +128,7 @@ fn samples(table: &Bound<'_, PyAny>) -> Result<Vec<ImuSample>> {
     Ok(samples)
 }
 
-/// Adds the fixes of `table`, by the rule of what a fix is.
+/// Adds the fixes of `table` to the dataset. A [`FixGate`] decides which rows are fixes.
 fn fixes(table: &Bound<'_, PyAny>, dataset: &mut Dataset) -> Result<()> {
     let groups = ["velocity_mps", "position_sigma_m", "velocity_sigma_mps"];
     let columns = Columns::of("gps", table, &[&groups[..], &GPS[1..]].concat())?;

@@ -29,7 +29,7 @@ pub struct PyCampaign {
 
 #[pymethods]
 impl PyCampaign {
-    /// Number of flights by outcome: `hovered`, `degraded`, `not_engaged`, `crashed`.
+    /// Number of flights with each outcome: `hovered`, `degraded`, `not_engaged`, `crashed`.
     #[getter]
     fn outcomes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let outcomes = PyDict::new(py);
@@ -50,7 +50,7 @@ impl PyCampaign {
         Ok(all)
     }
 
-    /// The columns of `results.csv`, one row per flight. `seed` has integers, `outcome`, `sensors` and `jam` have words.
+    /// The columns of `results.csv`, one row per flight. `seed` has integers; `outcome`, `sensors` and `jam` have text.
     fn table<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let columns = PyDict::new(py);
         for column in Column::all(&self.campaign) {
@@ -70,7 +70,7 @@ impl PyCampaign {
     /// Raises
     /// ------
     /// LogError
-    ///     If they cannot be written.
+    ///     If the files cannot be written.
     fn write(&self, py: Python<'_>, directory: PathBuf) -> Result<()> {
         py.detach(|| {
             std::fs::create_dir_all(&directory).map_err(LogError::io(&directory))?;
@@ -85,7 +85,7 @@ impl PyCampaign {
         })
     }
 
-    /// Write the page: outcomes, distributions and causes.
+    /// Write the report page: outcomes, distributions and causes.
     ///
     /// Raises
     /// ------
@@ -95,7 +95,7 @@ impl PyCampaign {
         py.detach(|| pages::write(&self.page().page(), &path))
     }
 
-    /// The page in a frame, for a notebook.
+    /// The report page in a frame, for a notebook.
     fn _repr_html_(&self, py: Python<'_>) -> Result<String> {
         py.detach(|| pages::framed(&self.page().page()))
     }
@@ -119,7 +119,7 @@ impl PyCampaign {
     }
 }
 
-/// The values of a column as an array of numbers or words.
+/// The values of a column as an array of numbers or texts.
 fn values<'py>(
     py: Python<'py>,
     column: &Column,
@@ -173,11 +173,11 @@ pub const MEASURES: [&str; Measure::ALL.len()] = {
     names
 };
 
-/// Flights between two calls of `progress` and two checks for Ctrl-C.
+/// Number of flights between two calls of `progress` and between two checks for Ctrl-C.
 const FLIGHTS_A_STEP: usize = 32;
 
-/// Simulate many closed-loop flights, each with random airframe, wind, sensors and GPS, as `hovernav campaign` does: the
-/// same numbers to the bit. All cores fly.
+/// Simulate many closed-loop flights, each with random airframe, wind, sensors and GPS, as `hovernav campaign` does.
+/// The numbers are equal to the bit. All processor cores are used.
 ///
 /// Parameters
 /// ----------
@@ -186,17 +186,17 @@ const FLIGHTS_A_STEP: usize = 32;
 /// autopilot : Autopilot
 /// flights : int
 /// seed : int
-///     Seed of the first flight; each further flight has the next one. A flight depends on its own seed only.
+///     Seed of the first flight; each further flight has the next seed. A flight depends on its own seed only.
 /// duration_s : float
 ///     Duration of each flight, 30 to 3600.
 /// wind_mps : float
 ///     Largest steady wind, 0 to 20; gusts are a quarter of the wind.
 /// outages, power_loss, jams : float
-///     Fraction of the flights with a GPS outage of 5 to 20 s, with an engine stop, and with a jammed servo.
+///     Fractions of the flights with a GPS outage of 5 to 20 s, with an engine stop, and with a jammed servo.
 /// fuel_kg : float
 ///     Fuel in a full tank, 0 to 2; a flight starts with a random amount.
 /// progress : callable, optional
-///     Called now and then with the number of flights done and their total, from this thread.
+///     Called repeatedly, from this thread, with the number of completed flights and the total number.
 ///
 /// Raises
 /// ------

@@ -1,4 +1,4 @@
-//! Columns between NumPy and the library.
+//! Conversion of columns between NumPy and the library.
 
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyTypeError;
@@ -27,7 +27,7 @@ pub fn table_of<'py>(columns: &Bound<'py, PyDict>) -> PyResult<Bound<'py, PyAny>
     columns.py().import("hovernav._table")?.getattr("Table")?.call1((columns,))
 }
 
-/// A [`table`] whose arrays cannot be written to.
+/// A [`table`] with read-only arrays.
 pub fn read_only<'py>(
     py: Python<'py>,
     columns: impl IntoIterator<Item = (&'static str, Vec<f64>)>,
@@ -53,7 +53,7 @@ pub fn split<const N: usize>(
     names.into_iter().zip(columns)
 }
 
-/// Kinds of NumPy's types that hold numbers: booleans, integers, floats, and objects that may be numbers.
+/// Codes of the NumPy types that can contain numbers: booleans, integers, floats, and objects.
 const NUMBERS: &str = "biufO";
 
 /// `value` as an array of numbers; NaN where it is masked.
@@ -78,14 +78,14 @@ fn numbers<'py>(value: &Bound<'py, PyAny>, name: &str) -> Result<Bound<'py, PyAn
     })
 }
 
-/// The argument that avoids a copy of an array that already has the type.
+/// The keyword argument that avoids a copy of an array that already has the type.
 fn in_place(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let arguments = PyDict::new(py);
     arguments.set_item("copy", false)?;
     Ok(arguments)
 }
 
-/// The shape of an array, in words.
+/// The shape of an array, as text.
 fn shape(array: &Bound<'_, PyAny>) -> String {
     array.getattr("shape").map_or_else(|_| "no shape".into(), |shape| shape.to_string())
 }
@@ -109,7 +109,7 @@ pub fn triples(value: &Bound<'_, PyAny>, name: &str) -> Result<Vec<[f64; 3]>> {
     Ok(found.as_array().rows().into_iter().map(|row| [row[0], row[1], row[2]]).collect())
 }
 
-/// Three finite numbers.
+/// `value` as three finite numbers.
 pub fn triple(value: &Bound<'_, PyAny>, name: &str) -> Result<[f64; 3]> {
     value.extract().map_err(|_| {
         let found = value.repr().map_or_else(|_| "another value".into(), |text| text.to_string());
@@ -117,14 +117,14 @@ pub fn triple(value: &Bound<'_, PyAny>, name: &str) -> Result<[f64; 3]> {
     })
 }
 
-/// A moment, s on the clock of the sensors.
+/// Converts seconds on the clock of the sensors to a time.
 pub fn time(seconds: f64) -> Result<Time> {
     Time::try_from_seconds(seconds).ok_or_else(|| {
         Error::Array(format!("time_s: found {}, expected seconds on one clock", Readable(seconds)))
     })
 }
 
-/// The moments `seconds` of `table`, strictly increasing.
+/// Converts the column `seconds` of `table` to times, which must strictly increase.
 pub fn times(seconds: &PyReadonlyArray1<'_, f64>, table: &str) -> Result<Vec<Time>> {
     let mut times: Vec<Time> = Vec::with_capacity(seconds.as_array().len());
     for (row, &value) in seconds.as_array().iter().enumerate() {
@@ -152,7 +152,7 @@ pub struct Columns<'py> {
 }
 
 impl<'py> Columns<'py> {
-    /// The table `mapping` with column `t_s`, and no columns but `known` ones.
+    /// The table `mapping`, which must have a column `t_s` and may have only the columns `known`.
     pub fn of(table: &'static str, mapping: &Bound<'py, PyAny>, known: &[&str]) -> Result<Self> {
         let is_table = mapping.cast::<PyMapping>().is_ok() || mapping.hasattr("columns")?;
         if !is_table {
@@ -204,7 +204,7 @@ impl<'py> Columns<'py> {
         )))
     }
 
-    /// One column.
+    /// The values of one column; `None` if the table lacks it.
     pub fn one(&self, column: &str) -> Result<Option<Vec<f64>>> {
         let Some(values) = self.get(column)? else { return Ok(None) };
         let values = vector(&values, &self.name(column))?;
@@ -212,7 +212,8 @@ impl<'py> Columns<'py> {
         Ok(Some(values.as_array().iter().copied().collect()))
     }
 
-    /// Three columns: as an array of shape (n, 3) named `group`, or one by one as `names`. All of them, or none.
+    /// Three columns: one array of shape (n, 3) named `group`, or three arrays named `names`. `None` if the table lacks
+    /// all of them; an error if it lacks some.
     pub fn three(&self, group: &str, names: [&str; 3]) -> Result<Option<Vec<[f64; 3]>>> {
         if let Some(values) = self.get(group)? {
             for name in names {

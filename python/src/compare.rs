@@ -27,7 +27,7 @@ impl PyComparison {
         from_json(py, &self.0.to_json().to_string())
     }
 
-    /// Write the page: the differences, and all solutions in each figure.
+    /// Write the report page: the differences, and all solutions in each figure.
     ///
     /// Raises
     /// ------
@@ -37,7 +37,7 @@ impl PyComparison {
         py.detach(|| pages::write(&ComparisonPage::new(&self.0).page(), &path))
     }
 
-    /// The page in a frame, for a notebook.
+    /// The report page in a frame, for a notebook.
     fn _repr_html_(&self, py: Python<'_>) -> Result<String> {
         py.detach(|| pages::framed(&ComparisonPage::new(&self.0).page()))
     }
@@ -56,16 +56,16 @@ impl PyComparison {
 ///     Two to four. A path is a `solution.csv`, an output directory of `hovernav estimate`, a TUM or EuRoC file, or a
 ///     directory with a mapping.
 /// names : sequence of str, optional
-///     A name for each. Default: those of the logs and files.
+///     A name for each solution. Default: the names of the logs and files.
 /// align : bool
-///     Rotate the others about the vertical and translate them to the first, by least squares.
+///     Rotate the other solutions about the vertical and translate them to the first solution, by least squares.
 /// axes : str
 ///     Axes of trajectories in local metres: "enu" with a forward-left-up body, "ned" with forward-right-down.
 ///
 /// Raises
 /// ------
 /// LogError
-///     If a file cannot be read, or two have no time in common.
+///     If a file cannot be read, or two solutions do not overlap in time.
 #[pyfunction]
 #[pyo3(signature = (*solutions, names=None, align=false, axes="enu"))]
 pub fn compare(
@@ -108,7 +108,7 @@ fn named(solution: &Solution, index: usize) -> NamedTrajectory {
     let is_smoothed = solution.flown().judged.summary.smoothed;
     NamedTrajectory {
         name: if is_smoothed { format!("{log}, smoothed") } else { log.clone() },
-        // The name if another solution of the same log comes first.
+        // This name is used if an earlier solution is of the same log.
         source: format!("{log} ({})", index + 1).into(),
         trajectory: Trajectory::of_solutions(solution.states().to_vec()),
     }

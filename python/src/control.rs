@@ -1,4 +1,4 @@
-//! `identify`, `design` and `simulate`: from a flight to a model, an autopilot and its flights.
+//! `identify`, `design` and `simulate`: a model from a flight, an autopilot from the model, and simulated flights.
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -54,7 +54,7 @@ impl Model {
     /// Raises
     /// ------
     /// ModelError
-    ///     If there is no such model, or it is not valid.
+    ///     If the model does not exist or is not valid.
     #[staticmethod]
     fn open(path: PathBuf) -> Result<Self> {
         shipped::open(&path.to_string_lossy()).map(Self).map_err(model_error)
@@ -108,7 +108,7 @@ impl Model {
         self.0.verdict().map(|verdict| verdict.grade.name())
     }
 
-    /// Reasons against a better verdict, one sentence each.
+    /// Reasons why the verdict is not better, one sentence each.
     #[getter]
     fn reasons(&self) -> Vec<String> {
         self.0.verdict().map(|verdict| verdict.reasons.clone()).unwrap_or_default()
@@ -132,29 +132,31 @@ impl Model {
 /// ----------
 /// log : Log or path
 ///     A flight with `controls`.
-/// kind : str
-///     Part of the helicopter: "yaw", "heave", "roll-pitch", "flapping", "hybrid", "hover" or "r50".
+/// kind : str, optional
+///     Axes to identify: "yaw", "heave", "roll-pitch", "flapping", "hybrid", "hover" or "r50". By default "hybrid", or
+///     "hover" for a vehicle whose rotors do not flap.
 /// config : path or dict, optional
 ///     Settings that override those of the log.
 ///
 /// Returns
 /// -------
 /// Model
-///     Read its `verdict` and `reasons` before use: a model that must not be flown is returned too.
+///     Read its `verdict` and `reasons` before use: a model that must not be flown is also returned.
 ///
 /// Raises
 /// ------
 /// ModelError
-///     If nothing can be identified, with the reason.
+///     If no model can be identified; the message states the reason.
 #[pyfunction]
-#[pyo3(signature = (log, *, kind="hybrid", config=None))]
+#[pyo3(signature = (log, *, kind=None, config=None))]
 pub fn identify(
     py: Python<'_>,
     log: &Bound<'_, PyAny>,
-    kind: &str,
+    kind: Option<&str>,
     config: Option<&Bound<'_, PyAny>>,
 ) -> Result<Model> {
-    let kind: Kind = kind.parse().map_err(|why| Error::Config(format!("kind: {why}")))?;
+    let kind: Option<Kind> =
+        kind.map(str::parse).transpose().map_err(|why| Error::Config(format!("kind: {why}")))?;
     let settings = config.map(Settings::of).transpose()?;
     let log = log_of(log)?;
     let log = log.get();
@@ -199,7 +201,7 @@ impl Autopilot {
     /// Raises
     /// ------
     /// ModelError
-    ///     If it cannot be read or is not valid.
+    ///     If the file cannot be read or is not valid.
     #[staticmethod]
     fn open(path: PathBuf) -> Result<Self> {
         let config = hovernav_record::read_autopilot(&path).map_err(model_error)?;
@@ -222,12 +224,12 @@ impl Autopilot {
     }
 }
 
-/// Design a hover autopilot for a model, with a search for its weights, as `hovernav design` does.
+/// Design a hover autopilot for a model, as `hovernav design` does. A search finds the weights of the design.
 ///
 /// Raises
 /// ------
 /// ModelError
-///     If the model must not be flown, or lacks a part of the hover, or the loops are unstable.
+///     If the model must not be flown or lacks axes needed for hover, or if the loops are unstable.
 #[pyfunction]
 pub fn design(py: Python<'_>, model: &Bound<'_, Model>) -> Result<Autopilot> {
     let model = &model.get().0;
@@ -264,7 +266,8 @@ pub fn design(py: Python<'_>, model: &Bound<'_, Model>) -> Result<Autopilot> {
 /// outages : sequence of (start_s, duration_s)
 ///     Spans without GPS.
 /// test_points : float, optional
-///     Size of steps on each stick in turn, from 30 s on, 10 s apart, flown by a pilot: a flight to identify from.
+///     Size of the steps that a pilot flies on each stick in turn, from 30 s on, 10 s apart, for a flight to identify
+///     from.
 ///
 /// Returns
 /// -------
@@ -320,7 +323,7 @@ pub fn simulate(
         if !(0.0..=1.0).contains(&size) {
             return Err(Error::Config(format!("test_points: found {size}, expected 0 to 1")));
         }
-        // Test points are flown by a pilot. The autopilot on estimates would react to every fix.
+        // A pilot flies test points. An autopilot that uses estimates would react to every fix.
         config.feedback = hovernav_sim::Feedback::Truth;
         config.events = FlightEvent::test_points(30.0, size);
     }

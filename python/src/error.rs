@@ -17,20 +17,20 @@ mod python {
     import_exception!(hovernav._errors, SetupError);
 }
 
-/// An error on the way back to Python.
+/// An error that is returned to Python.
 #[derive(Debug)]
 pub enum Error {
-    /// Of the library.
+    /// An error of the library.
     Log(LogError),
-    /// Of Python, such as an interrupt.
+    /// An error of Python, such as an interrupt.
     Python(PyErr),
-    /// Of arrays, in words.
+    /// An error in arrays, as text.
     Array(String),
-    /// Of settings, in words.
+    /// An error in settings, as text.
     Config(String),
-    /// Of faults, in words.
+    /// An error in the faults to inject, as text.
     Fault(String),
-    /// Of models and autopilots, in words.
+    /// An error of a model or an autopilot, as text.
     Model(String),
 }
 

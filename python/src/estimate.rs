@@ -14,17 +14,17 @@ use crate::log::PyLog;
 use crate::settings::Settings;
 use crate::solution::{Flown, Solution};
 
-/// Samples between two calls of `progress` and two checks for Ctrl-C.
+/// Number of samples between two calls of `progress` and between two checks for Ctrl-C.
 const SAMPLES_A_STEP: usize = 4096;
 
-/// Run the estimator over a flight, as `hovernav estimate` does: the same numbers to the bit.
+/// Run the estimator over a flight, as `hovernav estimate` does. The numbers are equal to the bit.
 ///
 /// Parameters
 /// ----------
 /// log : Log or path
-///     A path is read as by `hovernav.read`.
+///     A path is opened as by `hovernav.read`.
 /// smooth : bool
-///     Also run backwards over the flight, so that every solution uses later measurements too.
+///     Also run backwards over the flight, so that every solution also uses later measurements.
 /// config : path or dict, optional
 ///     Settings that override those of the log, in the form of `dataset.toml`, for example
 ///     `{"gps": {"antenna_lever_arm_m": [0.1, 0.0, -0.2]}}`.
@@ -33,17 +33,17 @@ const SAMPLES_A_STEP: usize = 4096;
 /// gps_rate_hz : float, optional
 ///     Reduce the GPS to at most this rate.
 /// progress : callable, optional
-///     Called now and then with the number of samples done in the current pass, forward or backward, and their total,
-///     from this thread.
+///     Called repeatedly, from this thread, with the number of completed samples in the current pass (forward or
+///     backward) and the total number.
 ///
 /// Raises
 /// ------
 /// LogError
 ///     If the log cannot be read, or the alignment does not end.
 /// SetupError
-///     If its readings are impossible with its units, axes or clocks: the message names the likely mistake.
+///     If the readings of the log are impossible with its units, axes or clocks: the message names the likely mistake.
 /// ConfigError
-///     If a setting is of the wrong kind or out of range. An unknown key is a warning of the solution.
+///     If a setting has the wrong type or is out of range. An unknown key causes a warning in the solution.
 #[pyfunction]
 #[pyo3(signature = (log, *, smooth=false, config=None, outages=Vec::new(), gps_rate_hz=None, progress=None))]
 pub fn estimate(
@@ -95,7 +95,7 @@ pub fn estimate(
     })
 }
 
-/// Reports the progress and looks for Ctrl-C.
+/// Reports the progress and checks for Ctrl-C.
 pub fn call(progress: Option<&Py<PyAny>>, done: usize, total: usize) -> PyResult<()> {
     Python::attach(|py| {
         py.check_signals()?;
@@ -122,7 +122,7 @@ fn outage([start_s, duration_s]: [f64; 2]) -> Result<Outage> {
     }
 }
 
-/// A `log`, or the log at that path.
+/// The `log` itself, or the log at the path `log`.
 pub fn log_of<'py>(log: &Bound<'py, PyAny>) -> Result<Bound<'py, PyLog>> {
     if let Ok(log) = log.cast::<PyLog>() {
         return Ok(log.clone());

@@ -1,4 +1,4 @@
-//! `Estimator`: the filter, sample by sample.
+//! `Estimator`: the filter for one measurement at a time.
 
 use std::sync::Mutex;
 
@@ -26,9 +26,9 @@ pub struct Notice {
     /// `heading found`, `heading reset`, `heading doubted`, `heading missing`, `field disturbed`, `field usual`,
     /// `antenna elsewhere`, `on wheels` or `off wheels`.
     kind: &'static str,
-    /// Whether a measurement corrected the state; `None` for another event.
+    /// Whether the measurement corrected the state; `None` for an event that is not a measurement.
     accepted: Option<bool>,
-    /// One sentence.
+    /// The event in one sentence.
     words: String,
 }
 
@@ -147,11 +147,11 @@ impl Notice {
     }
 }
 
-/// The estimator as it flies: measurements in order of their arrival, a solution at any time.
+/// The estimator as in flight: it takes measurements in the order of their arrival, and gives a solution at any time.
 ///
 /// Times are seconds on one clock. Vectors are three numbers, forward, right, down unless `[imu] axes` in the settings
-/// names other axes. Every method returns the notices that the measurement led to; a fix is compared with the inertial
-/// samples up to 0.06 s after it, so its notice comes with one of those.
+/// names other axes. Every method returns the notices that its measurement caused. A fix waits for inertial samples up
+/// to 0.06 s after it, so a later inertial sample returns the notice of the fix.
 ///
 /// Parameters
 /// ----------
@@ -186,7 +186,7 @@ impl Inner {
     }
 }
 
-/// Keeps a notice, unless the measurement is skipped by design.
+/// Stores a notice, unless it reports a measurement that is skipped by design.
 fn keep(notices: &mut Vec<Notice>, notice: CoreNotice) {
     let is_by_design = matches!(notice, CoreNotice::NotUsed { reason, .. } if !reason.is_fault());
     if !is_by_design {
@@ -235,8 +235,9 @@ impl Estimator {
         })))
     }
 
-    /// An inertial sample: angular rate, rad/s, and specific force, m/s²; optionally the unit's own roll, pitch and yaw,
-    /// °, and the magnetic field, gauss. A sample with NaN or of an earlier time is refused, with a notice.
+    /// An inertial sample: angular rate, rad/s, and specific force, m/s²; optionally the unit's own roll, pitch and
+    /// yaw, °, and the magnetic field, gauss. A sample with NaN, or with a time that is not later than the previous
+    /// one, is rejected with a notice.
     #[pyo3(signature = (time_s, gyro_radps, accel_mps2, *, attitude_deg=None, mag_gauss=None))]
     fn imu(
         &self,
@@ -301,14 +302,14 @@ impl Estimator {
         Ok((solution_table(py, &states)?, notices))
     }
 
-    /// A fix: latitude and longitude, °, height above the ellipsoid, m. `time_s` is the arrival, from which `[gps]
-    /// latency_s` of the settings is subtracted. Optional: velocity north, east, down, m/s, and the one-sigmas that the
-    /// receiver reports, north, east, down.
+    /// A fix: latitude and longitude, °, height above the ellipsoid, m. `time_s` is the time of arrival; the estimator
+    /// subtracts `[gps] latency_s` of the settings from it. Optional: velocity north, east, down, m/s, and the
+    /// one-sigmas that the receiver reports, north, east, down.
     ///
     /// Raises
     /// ------
     /// ArrayError
-    ///     For a position that is not on Earth.
+    ///     For a position that is not valid on Earth.
     #[pyo3(signature = (time_s, latitude_deg, longitude_deg, height_m, *, velocity_mps=None,
                         position_sigma_m=None, velocity_sigma_mps=None))]
     #[expect(clippy::too_many_arguments, reason = "named in Python")]

@@ -21,7 +21,7 @@ impl PyFleet {
         Self::default()
     }
 
-    /// Add a log; `verdict` is that of its solution, `None` without one.
+    /// Add a log. `verdict` is the verdict on its solution; `None` without a solution.
     fn add(
         &mut self,
         path: String,
@@ -42,18 +42,18 @@ impl PyFleet {
         Ok(())
     }
 
-    /// Numbers of logs: good, with care, bad, without a solution.
+    /// Numbers of logs with the verdicts good, care and bad, and of logs without a solution.
     #[getter]
     fn counts(&self) -> [usize; 4] {
         self.0.counts()
     }
 
-    /// Write the page, with `warnings` about the run.
+    /// Write the report page, with `warnings` about the run.
     fn report(&self, path: PathBuf, warnings: Vec<String>) -> Result<()> {
         pages::write(&FleetPage::new(&self.0, &warnings).page(), &path)
     }
 
-    /// The page in a frame, for a notebook.
+    /// The report page in a frame, for a notebook.
     fn framed(&self, warnings: Vec<String>) -> Result<String> {
         pages::framed(&FleetPage::new(&self.0, &warnings).page())
     }

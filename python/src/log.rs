@@ -22,16 +22,16 @@ use crate::error::Result;
 /// again, so keep it in a variable.
 #[pyclass(frozen, name = "Log", module = "hovernav")]
 pub struct PyLog {
-    /// The log in memory.
+    /// The log's data in memory.
     pub log: Log,
-    /// Its file or directory, in messages; a directory may contain a reference.
+    /// The log's file or directory, for messages; a directory may contain a reference.
     pub path: PathBuf,
     /// The directory at `path`, if it is temporary.
     pub scratch: Option<Arc<TempDir>>,
 }
 
 impl PyLog {
-    /// The log at `path`, which is the name in messages.
+    /// Opens the log at `path`; messages contain this path.
     pub fn open(path: PathBuf, options: &Options) -> Result<Self> {
         let log = hovernav_formats::open(&path, options)?;
         Ok(Self { log, path, scratch: None })
@@ -45,14 +45,14 @@ impl PyLog {
 /// ----------
 /// path : str or os.PathLike
 /// imu, gps, magnetometer, baro : int, optional
-///     Number of the sensor, as the log numbers them. Default: the first, or the one with many more samples.
+///     Number of the sensor in the log. Default: the first sensor, unless another one has many more samples.
 ///
 /// Raises
 /// ------
 /// LogError
 ///     If the log cannot be read; the message names the file and the line or byte.
 /// ConfigError
-///     If its `dataset.toml` is not valid.
+///     If the log's `dataset.toml` is not valid.
 #[pyfunction]
 #[pyo3(signature = (path, *, imu=None, gps=None, magnetometer=None, baro=None))]
 pub fn read(
@@ -68,7 +68,7 @@ pub fn read(
     py.detach(|| PyLog::open(path, &options))
 }
 
-/// The values of a reading, or NaN without one.
+/// The values of a reading; NaN without a reading.
 fn known<const N: usize>(values: Option<[f64; N]>) -> [f64; N] {
     values.unwrap_or([f64::NAN; N])
 }
@@ -76,8 +76,9 @@ fn known<const N: usize>(values: Option<[f64; N]>) -> [f64; N] {
 #[pymethods]
 impl PyLog {
     /// The inertial samples: `t_s`, then rates `gyro_{x,y,z}_radps` and specific forces `accel_{x,y,z}_mps2`, or
-    /// increments since the sample before, `dtheta_{x,y,z}_rad` and `dvel_{x,y,z}_mps`. If measured also the unit's own
-    /// attitude `roll_deg, pitch_deg, yaw_deg` and the magnetic field `mag_{x,y,z}_gauss`. Body axes.
+    /// increments since the previous sample, `dtheta_{x,y,z}_rad` and `dvel_{x,y,z}_mps`. If measured, also the
+    /// inertial unit's own attitude `roll_deg, pitch_deg, yaw_deg` and the magnetic field `mag_{x,y,z}_gauss`. Body
+    /// axes.
     #[getter]
     fn imu<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let samples = &self.log.dataset.imu;
@@ -105,8 +106,9 @@ impl PyLog {
         read_only(py, columns)
     }
 
-    /// The fixes, at the time of their arrival: `t_s, lat_deg, lon_deg, height_m` (ellipsoidal), `vn_mps, ve_mps, vd_mps`,
-    /// one-sigma `sigma_{n,e,d}_m` and `sigma_{vn,ve,vd}_mps`, `satellites`; NaN where the receiver reports no value.
+    /// The fixes, at the time of their arrival: `t_s, lat_deg, lon_deg, height_m` (ellipsoidal), `vn_mps, ve_mps,
+    /// vd_mps`, one-sigma `sigma_{n,e,d}_m` and `sigma_{vn,ve,vd}_mps`, `satellites`; NaN where the receiver reports no
+    /// value.
     #[getter]
     fn gps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let latency_s = self.log.dataset.manifest.gps.latency_s;
@@ -128,7 +130,7 @@ impl PyLog {
         read_only(py, split([TIME, ALTITUDE], rows))
     }
 
-    /// A magnetometer outside the inertial unit: `t_s, mag_{x,y,z}_gauss`, body axes.
+    /// Readings of a magnetometer outside the inertial unit: `t_s, mag_{x,y,z}_gauss`, body axes.
     #[getter]
     fn magnetometer<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let rows = self.log.dataset.magnetometer.iter().map(|(time, field)| {
@@ -160,13 +162,13 @@ impl PyLog {
         &self.log.dataset.manifest.vehicle
     }
 
-    /// Repairs and skipped rows while reading, one sentence each.
+    /// Repairs and skipped rows during reading, one sentence each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.log.dataset.warnings.clone()
     }
 
-    /// Choices and assumptions while reading, one sentence each.
+    /// Choices and assumptions during reading, one sentence each.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.log.dataset.notes.clone()
@@ -184,10 +186,10 @@ impl PyLog {
     /// Raises
     /// ------
     /// LogError
-    ///     If it cannot be written.
+    ///     If the directory cannot be written.
     fn write(&self, py: Python<'_>, directory: PathBuf) -> Result<()> {
         py.detach(|| {
-            // Read before: the directory may be the log's own.
+            // The reference is read first, because the directory may be the log's own.
             let from = self.path.join("reference.csv");
             let reference = match self.path.is_dir() && from.exists() {
                 true => Some(std::fs::read(&from).map_err(LogError::io(&from))?),
@@ -202,10 +204,10 @@ impl PyLog {
         })
     }
 
-    /// A log from arrays of your own. Every table is a dictionary of arrays, or a data frame, with the columns that the
-    /// properties of a log have; the end of a name is the unit. Three columns may be one array of shape (n, 3), named
-    /// without the axis: `gyro_radps, accel_mps2, dtheta_rad, dvel_mps, attitude_deg, mag_gauss` of the inertial unit,
-    /// `velocity_mps, position_sigma_m, velocity_sigma_mps` (north, east, down) of the GPS, `mag_gauss` of the
+    /// A log from arrays of your own. Every table is a dictionary of arrays, or a data frame, with the columns of the
+    /// properties of a log. The end of a column's name is its unit. Three columns may be one array of shape (n, 3),
+    /// named without the axis: `gyro_radps, accel_mps2, dtheta_rad, dvel_mps, attitude_deg, mag_gauss` of the inertial
+    /// unit, `velocity_mps, position_sigma_m, velocity_sigma_mps` (north, east, down) of the GPS, `mag_gauss` of the
     /// magnetometer.
     ///
     /// Parameters
@@ -213,11 +215,11 @@ impl PyLog {
     /// imu : mapping
     ///     `t_s`, and rates with specific forces, or increments.
     /// gps : mapping
-    ///     `t_s, lat_deg, lon_deg, height_m`; the rest is optional, NaN is unknown.
+    ///     `t_s, lat_deg, lon_deg, height_m`; the other columns are optional, and NaN means unknown.
     /// axes : str
     ///     Directions of the axes x, y, z of `imu`, such as "frd" (forward, right, down) or "flu".
     /// baro, magnetometer, controls : mapping, optional
-    ///     The magnetometer has the vehicle's axes forward, right, down, for any `axes`.
+    ///     The magnetometer has the vehicle's axes forward, right, down; `axes` does not apply to it.
     /// config : path or dict, optional
     ///     Settings in the form of `dataset.toml`, such as lever arms and the accuracy of the sensors.
     ///

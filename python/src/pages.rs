@@ -1,4 +1,4 @@
-//! Pages as files, and inside a notebook.
+//! Report pages as files, and inside a notebook.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ pub fn write(page: &Page<'_>, path: &Path) -> Result<()> {
     Ok(page.write(path).map_err(failed)?)
 }
 
-/// `page` in a frame.
+/// The report `page` in a frame, as HTML.
 pub fn framed(page: &Page<'_>) -> Result<String> {
     Ok(page.framed(FRAME_PX).map_err(LogError::io(Path::new("page")))?)
 }

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 pub struct Settings {
     /// The text of a settings file.
     pub text: String,
-    /// Its name in messages.
+    /// Name of the settings file in messages.
     pub name: PathBuf,
 }
 
@@ -29,7 +29,7 @@ impl Settings {
         let rejected = |why: String| Error::Config(format!("config: {why}"));
         let arguments = PyDict::new(keys.py());
         arguments.set_item("allow_nan", false)?;
-        // Arrays and numbers of NumPy.
+        // NumPy arrays and numbers are converted by their method `tolist`.
         let to_list = keys.py().import("operator")?.call_method1("methodcaller", ("tolist",))?;
         arguments.set_item("default", to_list)?;
         let json = keys.py().import("json")?.call_method("dumps", (keys,), Some(&arguments));
@@ -41,7 +41,7 @@ impl Settings {
         Ok(Self { text, name: "config".into() })
     }
 
-    /// The name in messages.
+    /// Name of the settings in messages.
     pub fn name(&self) -> &Path {
         &self.name
     }

@@ -1,4 +1,4 @@
-//! `Solution` and `State`: what the estimator found.
+//! `Solution` and `State`: the results of the estimator.
 
 use std::path::PathBuf;
 
@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::log::from_json;
 use crate::pages;
 
-/// First columns of the quantities in a row of `solution.csv`.
+/// Index of the first column of each quantity in a row of `solution.csv`.
 mod place {
     pub const POSITION: usize = 1;
     pub const VELOCITY_NED: usize = 4;
@@ -100,7 +100,7 @@ impl State {
         PyArray1::from_slice(py, &quaternion(&self.0))
     }
 
-    /// Angular rate p, q, r, less bias, rad/s, shape (3,).
+    /// Angular rate p, q, r, corrected for bias, rad/s, shape (3,).
     #[getter]
     fn angular_rate_radps<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.three(py, place::ANGULAR_RATE)
@@ -124,13 +124,13 @@ impl State {
         self.three(py, place::ATTITUDE_SIGMA)
     }
 
-    /// Gyro bias removed, rad/s, shape (3,).
+    /// Estimated gyro bias, rad/s, shape (3,).
     #[getter]
     fn gyro_bias_radps<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.three(py, place::GYRO_BIAS)
     }
 
-    /// Accelerometer bias removed, m/s², shape (3,).
+    /// Estimated accelerometer bias, m/s², shape (3,).
     #[getter]
     fn accel_bias_mps2<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.three(py, place::ACCEL_BIAS)
@@ -147,23 +147,23 @@ impl State {
     }
 }
 
-/// An event in a log or in the estimation, with one sentence.
+/// An event in a log or in the estimation, described in one sentence.
 #[pyclass(frozen, get_all, module = "hovernav")]
 pub struct Finding {
     /// Start, s on the clock of the log.
     start_s: f64,
     /// End, s; the start for an event without duration.
     end_s: f64,
-    /// Sensor concerned.
+    /// Sensor that the event concerns.
     sensor: String,
     /// Kind of event.
     kind: String,
     /// `info`, `warning` or `error`.
     severity: String,
-    /// Number of samples or fixes concerned.
+    /// Number of samples or fixes that the event concerns.
     count: usize,
-    /// Harm to the solution by which findings are ranked: the largest error over its one-sigma, or without an
-    /// independent solution the growth of the one-sigma; `None` without a solution in the span.
+    /// Harm to the solution, by which findings are ranked. It is the largest ratio of error to one-sigma, or without an
+    /// independent solution the growth of the one-sigma. `None` without a solution in the span.
     harm: Option<f64>,
     /// The event in words: sensor, time, size and cause.
     words: String,
@@ -198,18 +198,18 @@ impl Finding {
 #[pyclass(frozen, module = "hovernav")]
 pub struct Solution {
     states: Vec<CoreState>,
-    /// All rows of `solution.csv`, shape (n, 31), made at the first use.
+    /// All rows of `solution.csv`, shape (n, 31), computed at the first use.
     rows: PyOnceLock<Py<PyArray2<f64>>>,
     flown: Flown,
 }
 
-/// The log of a solution, and all that was found.
+/// The log of a solution, and all results of the estimation.
 pub struct Flown {
     /// The log, with the settings and without the measurements that the solution lacks.
     pub log: Log,
-    /// Its file or directory.
+    /// The log's file or directory.
     pub path: PathBuf,
-    /// The passes over it.
+    /// Results of the estimator's passes over the log.
     pub estimated: Estimated,
     /// The summary and the score.
     pub judged: Judged,
@@ -218,12 +218,12 @@ pub struct Flown {
 }
 
 impl Solution {
-    /// The `states` of a flight.
+    /// Creates a solution from the `states` of a flight.
     pub fn new(states: Vec<CoreState>, flown: Flown) -> Self {
         Self { states, rows: PyOnceLock::new(), flown }
     }
 
-    /// The log and all that was found.
+    /// The log and all results of the estimation.
     pub fn flown(&self) -> &Flown {
         &self.flown
     }
@@ -322,7 +322,7 @@ impl Solution {
         PyArray1::from_vec(py, flat).reshape([self.states.len(), 4])
     }
 
-    /// Angular rate p, q, r, less bias, rad/s, shape (n, 3).
+    /// Angular rate p, q, r, corrected for bias, rad/s, shape (n, 3).
     #[getter]
     fn angular_rate_radps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.three(py, place::ANGULAR_RATE)
@@ -346,37 +346,38 @@ impl Solution {
         self.three(py, place::ATTITUDE_SIGMA)
     }
 
-    /// Gyro bias removed, rad/s, shape (n, 3).
+    /// Estimated gyro bias, rad/s, shape (n, 3).
     #[getter]
     fn gyro_bias_radps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.three(py, place::GYRO_BIAS)
     }
 
-    /// Accelerometer bias removed, m/s², shape (n, 3).
+    /// Estimated accelerometer bias, m/s², shape (n, 3).
     #[getter]
     fn accel_bias_mps2<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.three(py, place::ACCEL_BIAS)
     }
 
-    /// Whether later measurements were used too.
+    /// Whether every state also uses later measurements.
     #[getter]
     fn is_smoothed(&self) -> bool {
         self.smoothed()
     }
 
-    /// "good", "care" or "bad": the worst of the findings and of the consistency of the filter, as on the page.
+    /// "good", "care" or "bad": the worse of the verdicts on the findings and on the consistency of the filter, as on
+    /// the report page.
     #[getter]
     fn verdict(&self) -> &'static str {
         self.judged().map_or(Level::Good, |verdict| verdict.level).name()
     }
 
-    /// The main reasons against a better verdict, one sentence each.
+    /// The main reasons why the verdict is not better, one sentence each.
     #[getter]
     fn reasons(&self) -> Vec<String> {
         self.judged().map(|verdict| verdict.reasons.clone()).unwrap_or_default()
     }
 
-    /// Events in the log and in the estimation, in order of time; the warnings are among them.
+    /// Events in the log and in the estimation, in order of time, including the warnings.
     #[getter]
     #[pyo3(name = "findings")]
     fn all_findings(&self) -> Vec<Finding> {
@@ -390,8 +391,8 @@ impl Solution {
         from_json(py, &json.map_err(|error| Error::Array(error.to_string()))?)
     }
 
-    /// Write the page of the flight, the `report.html` of `hovernav estimate`: map, motion, biases, innovations, raw
-    /// samples, vibration and, if the log has a reference, errors.
+    /// Write the report page of the flight, the `report.html` of `hovernav estimate`: map, motion, biases, innovations,
+    /// raw samples, vibration and, if the log has a reference, errors.
     ///
     /// Raises
     /// ------
@@ -401,7 +402,7 @@ impl Solution {
         py.detach(|| pages::write(&self.page()?.page(), &path))
     }
 
-    /// The page in a frame, for a notebook.
+    /// The report page in a frame, for a notebook.
     fn _repr_html_(&self, py: Python<'_>) -> Result<String> {
         py.detach(|| pages::framed(&self.page()?.page()))
     }
@@ -419,12 +420,12 @@ impl Solution {
     /// Covariance of the solution at the last sample not later than `time_s`: position north, east, down (m), velocity
     /// (m/s), roll, pitch and yaw (rad), shape (9, 9).
     ///
-    /// The filter keeps only its latest covariance, so the flight up to that moment is run again.
+    /// The filter stores only its latest covariance, so this method runs the filter again up to that moment.
     ///
     /// Raises
     /// ------
     /// ArrayError
-    ///     Before the first solution, and for a smoothed solution, which has one-sigmas only.
+    ///     For a time before the first solution, and for a smoothed solution, which has one-sigmas only.
     fn covariance<'py>(&self, py: Python<'py>, time_s: f64) -> Result<Bound<'py, PyArray2<f64>>> {
         if self.smoothed() {
             let words =

@@ -33,7 +33,7 @@ pub(super) fn finite<T: Scalar>(what: &'static str, found: T) -> Result<(), Conf
     }
 }
 
-/// Rejects NaN and values outside `lowest` to `highest`, with both bounds rounded to the value's type.
+/// Rejects NaN and values outside `lowest` to `highest`; both bounds are rounded to the value's type.
 pub(super) fn within<T: Scalar>(
     what: &'static str,
     found: T,

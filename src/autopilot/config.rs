@@ -10,7 +10,7 @@ use super::trim::Trim;
 use crate::health::HealthLimits;
 use crate::scalar::Scalar;
 
-/// Gains of the hybrid controller, for the sample period of their design.
+/// Gains of the hybrid controller, for the sample period for which they were designed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -18,16 +18,16 @@ use crate::scalar::Scalar;
     serde(deny_unknown_fields)
 )]
 pub struct Gains<T = f64> {
-    /// Collective from the downward velocity w, body axes.
+    /// Gains from the downward velocity w, body axes, to collective.
     pub heave: PidGains<T>,
-    /// Pedal from r, ψ; one hidden state besides that of the servo.
+    /// Gains from r, ψ to pedal; one hidden state in addition to that of the servo.
     pub yaw: RegulatorGains<2, 2, 1, T>,
-    /// Pedal per collective: compensates the yaw that collective causes.
+    /// Gain from collective to pedal, which compensates the yaw caused by collective.
     pub pedal_per_collective: T,
-    /// Lateral and longitudinal cyclic from p, q, φ, θ, u, v. Hidden states are up to four of rotor and stabilizer
-    /// bar, and two of the servos.
+    /// Gains from p, q, φ, θ, u, v to lateral and longitudinal cyclic. The hidden states are up to four states of rotor
+    /// and stabilizer bar, and two states of the servos.
     pub roll_pitch: RegulatorGains<6, 6, 2, T>,
-    /// Lateral and longitudinal cyclic from p, q, φ, θ alone, for flight without a known velocity.
+    /// Gains from p, q, φ, θ alone to lateral and longitudinal cyclic, for flight without a known velocity.
     pub attitude: RegulatorGains<4, 6, 2, T>,
 }
 
@@ -66,8 +66,8 @@ impl<T: Scalar> Gains<T> {
     }
 }
 
-/// The complete configuration of the autopilot: `autopilot.toml`. [`HoverConfig::new`] creates it; the `with` methods
-/// or the fields change it from the defaults.
+/// The complete configuration of the autopilot, as in `autopilot.toml`. [`HoverConfig::new`] creates it with defaults;
+/// the `with` methods or the fields change it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -80,7 +80,7 @@ impl<T: Scalar> Gains<T> {
 pub struct HoverConfig<T = f64> {
     /// Period of the control loop, s, for which the gains were designed.
     pub period_s: f64,
-    /// Initial trim; a better one is learned in flight.
+    /// Initial trim; the autopilot learns a better trim in flight.
     #[cfg_attr(feature = "serde", serde(default))]
     pub trim: Trim<T>,
     /// Range and rate of the commands.
@@ -100,7 +100,7 @@ pub struct HoverConfig<T = f64> {
 }
 
 impl HoverConfig {
-    /// `gains` designed for `period_s`, and defaults for everything else.
+    /// A configuration with `gains` designed for `period_s`, and defaults for everything else.
     #[must_use]
     pub fn new(period_s: f64, gains: Gains) -> Self {
         Self {
@@ -161,7 +161,7 @@ impl<T: Scalar> HoverConfig<T> {
         }
     }
 
-    /// Whether the configuration can be flown.
+    /// Checks that the autopilot can fly with the configuration.
     ///
     /// # Errors
     /// [`ConfigError`] names the first invalid value.

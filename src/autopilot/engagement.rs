@@ -2,8 +2,8 @@
 
 /// State of the autopilot's engagement by the pilot's switch.
 ///
-/// A switch closed while a check fails is refused until it is opened. The autopilot never takes over at a moment that
-/// the pilot did not choose.
+/// If the pilot closes the switch while a check fails, the autopilot does not engage until the switch has been opened
+/// and closed again. The autopilot therefore takes over only at the moment at which the pilot closes the switch.
 ///
 /// ```
 /// use hovernav::autopilot::{Engagement, EngagementChange};
@@ -21,7 +21,7 @@ pub enum Engagement {
     /// The switch is open.
     #[default]
     Off,
-    /// The switch was closed while a check failed.
+    /// The switch was closed while a check failed: it must be opened before the next attempt.
     Refused,
     /// The autopilot flies.
     Engaged,
@@ -39,8 +39,8 @@ pub enum EngagementChange {
 }
 
 impl Engagement {
-    /// Updates the state once a cycle from the switch and from whether every check passes. Checks that fail later do
-    /// not release the autopilot: its modes respond to them.
+    /// Updates the state; call it once a cycle. `ready` is whether every check passes. A check that fails after the
+    /// engagement does not release the autopilot: the modes of the autopilot respond to it.
     pub fn update(&mut self, switch_on: bool, ready: bool) -> Option<EngagementChange> {
         let (next, change) = match (*self, switch_on) {
             (Self::Off, true) if ready => (Self::Engaged, Some(EngagementChange::Engaged)),

@@ -1,4 +1,4 @@
-//! Test inputs that the autopilot flies: their limits and early ends.
+//! Test inputs that the autopilot flies, with their limits and reasons for an early end.
 
 use super::check::{self, ConfigError};
 use super::maneuver::Maneuver;
@@ -11,20 +11,20 @@ use crate::scalar::{Readable, Scalar};
 pub struct Excitation {
     /// Direction of the test input: 1 on the excited stick, 0 on the others.
     pub direction: Sticks,
-    /// The manoeuvre added to the stick, in full sticks.
+    /// The manoeuvre added to the stick, as a fraction of full stick.
     pub maneuver: Maneuver,
     /// Limits that end the test input early.
     pub limits: ExcitationLimits,
 }
 
-/// Limits beyond which a test input ends at once and the autopilot flies alone, and the rate of the stick.
+/// Limits beyond which a test input ends at once and the autopilot flies alone, and the largest rate of the stick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExcitationLimits {
-    /// Roll and pitch, rad.
+    /// Largest roll and pitch, rad.
     pub tilt_rad: f64,
-    /// Every angular rate, rad/s.
+    /// Largest angular rate about any axis, rad/s.
     pub rate_radps: f64,
-    /// Speed over ground, m/s.
+    /// Largest speed over ground, m/s.
     pub speed_mps: f64,
     /// Largest rate of the stick, full travels a second. The input rises and falls at most at this rate, and ends when
     /// the stick has returned.
@@ -32,7 +32,8 @@ pub struct ExcitationLimits {
 }
 
 impl Default for ExcitationLimits {
-    /// 20°, 115 °/s and 2.5 m/s: the range of validity of a hover model. The rate of the stick is not limited.
+    /// Limits of 20°, 115 °/s and 2.5 m/s, the range of validity of a hover model. The rate of the stick is not
+    /// limited.
     fn default() -> Self {
         Self { tilt_rad: 0.35, rate_radps: 2.0, speed_mps: 2.5, stick_rate_per_s: f64::INFINITY }
     }
@@ -72,7 +73,7 @@ impl core::fmt::Display for ExcitationAbort {
 pub enum ExcitationError {
     /// The autopilot does not hold velocity.
     NotFlying,
-    /// Another test input is under way.
+    /// Another test input is active.
     Busy,
     /// A number is out of range.
     Value {
@@ -147,16 +148,16 @@ pub(super) fn within(
     )
 }
 
-/// A test input under way.
+/// An active test input.
 #[derive(Clone, Copy, Debug)]
 struct Running {
     excitation: Excitation,
     elapsed_s: f64,
-    /// Value of the last addition along the direction.
+    /// Value of the last addition to the stick, along the direction.
     level: f64,
 }
 
-/// The test input under way, if any. It is computed in `f64` for every number type of the autopilot.
+/// The active test input, if any. It is computed in `f64` for every number type of the autopilot.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Exciter {
     running: Option<Running>,
@@ -180,8 +181,8 @@ impl Exciter {
         self.running = None;
     }
 
-    /// Value to add over the next `period_s`, or the reason for which nothing is added any more. `flown` is the
-    /// estimate; `None` while velocity is not held.
+    /// Returns the value to add to the sticks over the next `period_s`, and the reason if the test input ended early.
+    /// `flown` is the estimate; `None` while the autopilot does not hold velocity.
     pub fn step<T: Scalar>(
         &mut self,
         flown: Option<&Solution<T>>,
@@ -209,12 +210,13 @@ impl Exciter {
 }
 
 impl ExcitationLimits {
-    /// The limit that the estimate exceeds; `None` of the estimate counts as velocity not held.
+    /// The limit that the estimate exceeds, if any. Without an estimate the reason is that the autopilot does not hold
+    /// velocity.
     fn crossed<T: Scalar>(&self, flown: Option<&Solution<T>>) -> Option<ExcitationAbort> {
         let Some(solution) = flown else { return Some(ExcitationAbort::Mode) };
         let [roll_rad, pitch_rad, _] = solution.body_to_ned.angles();
         let rates = solution.angular_rate_radps.to_array();
-        // Written so that NaN is beyond every limit.
+        // Written so that NaN exceeds every limit.
         let within = |value: T, limit: f64| value.abs() <= T::of(limit);
         if !(within(roll_rad, self.tilt_rad) && within(pitch_rad, self.tilt_rad)) {
             Some(ExcitationAbort::Tilt)

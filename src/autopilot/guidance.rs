@@ -6,11 +6,12 @@ use crate::ekf::Solution;
 use crate::frames::{Ned, Vector, wrap_angle};
 use crate::scalar::Scalar;
 
-/// Double pole, 1/s, with which the reference velocity follows the wanted velocity.
+/// Double pole of the reference velocity, 1/s: it follows the wanted velocity with this pole.
 const FOLLOWS_PER_S: f64 = 8.0;
-/// The double pole, 1/s, while the motion at engagement is brought to rest: 1.1° of tilt for each 0.5 m/s.
+/// Double pole of the reference velocity, 1/s, while the vehicle stops after engagement: each 0.5 m/s of speed takes
+/// 1.1° of tilt.
 const STOPS_PER_S: f64 = 1.0;
-/// Differences from the commanded velocity, m/s, and acceleration, m/s², below which the reference takes the command.
+/// Difference of velocity, m/s, and acceleration, m/s², below which the reference is set to the wanted velocity.
 const REACHED: f64 = 1e-9;
 /// Largest rate of change of the commanded acceleration, m/s³: at 33 Hz, 0.7° of tilt a sample.
 const HARDEST_JERK_MPS3: f64 = 4.0;
@@ -29,13 +30,13 @@ pub enum SetPoint {
     },
     /// Fly at a steady velocity: slow forward flight.
     Velocity {
-        /// Forward of the heading, m/s.
+        /// Velocity in the direction of the heading, m/s.
         forward_mps: f64,
-        /// Right of the heading, m/s.
+        /// Velocity to the right of the heading, m/s.
         right_mps: f64,
-        /// Downwards, m/s.
+        /// Velocity downwards, m/s.
         down_mps: f64,
-        /// Turn rate, right positive, rad/s.
+        /// Turn rate, rad/s, positive to the right.
         yaw_rate_radps: f64,
     },
 }
@@ -74,15 +75,15 @@ pub struct GuidanceConfig<T = f64> {
     pub position_gain_per_s: T,
     /// Vertical speed per height error, 1/s.
     pub height_gain_per_s: T,
-    /// Fastest horizontal speed, m/s.
+    /// Largest horizontal speed, m/s.
     pub speed_mps: T,
-    /// Fastest climb and descent, m/s.
+    /// Largest climb and sink rate, m/s.
     pub climb_mps: T,
     /// Largest commanded horizontal acceleration, m/s².
     pub acceleration_mps2: T,
     /// Largest commanded vertical acceleration, m/s².
     pub climb_acceleration_mps2: T,
-    /// Fastest turn, rad/s.
+    /// Largest turn rate, rad/s.
     pub yaw_rate_radps: T,
 }
 
@@ -101,8 +102,8 @@ impl Default for GuidanceConfig {
 }
 
 impl GuidanceConfig {
-    /// Position of the double pole, 1/s, with which the commanded velocity follows the wanted velocity, for a sample
-    /// period. The pole is stable at any sample period.
+    /// Double pole of the commanded velocity, 1/s, at a sample period: the commanded velocity follows the wanted
+    /// velocity with this pole. The pole is stable at any sample period.
     ///
     /// # Source
     /// λ of equation (C6) of docs/equations.md.
@@ -151,12 +152,12 @@ pub(super) struct Reference<T> {
     pub yaw_rate_radps: T,
 }
 
-/// Turns set-points into references without steps.
+/// Turns set-points into references without jumps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guidance<T> {
     config: GuidanceConfig<T>,
     period_s: T,
-    /// [`GuidanceConfig::follows_per_s`].
+    /// Double pole of the commanded velocity, 1/s: [`GuidanceConfig::follows_per_s`].
     follows_per_s: T,
     set_point: SetPoint,
     /// Position to hold, once the vehicle has stopped.
@@ -241,7 +242,7 @@ impl<T: Scalar> Guidance<T> {
         Ok(())
     }
 
-    /// Starts at the current motion, and stops from there.
+    /// Starts with the current motion as reference, and brings it to rest.
     pub fn engage(&mut self, solution: &Solution<T>, yaw_rad: T) {
         self.set_point = SetPoint::Hold;
         self.station = None;
@@ -286,7 +287,8 @@ impl<T: Scalar> Guidance<T> {
     /// continuous when `wanted` jumps.
     fn follow(&mut self, wanted: Vector<Ned, T>) {
         let Reference { velocity_mps, acceleration_mps2, .. } = self.reference;
-        // Decaying further, both would become denormal numbers, which processors compute about 100 times slower.
+        // Without this end of the decay both values would become denormal numbers, which processors compute about 100
+        // times slower.
         let reached = T::of(REACHED);
         if (wanted - velocity_mps).is_shorter_than(reached)
             && acceleration_mps2.is_shorter_than(reached)
@@ -309,7 +311,7 @@ impl<T: Scalar> Guidance<T> {
         self.reference.velocity_mps = velocity_mps + acceleration * self.period_s;
     }
 
-    /// Shifts the held heading by the revision of the solution's heading: the estimate was in error, the vehicle must
+    /// Shifts the held heading by the revision of the solution's heading: the estimate was wrong, so the vehicle must
     /// not turn.
     ///
     /// # Source
@@ -341,7 +343,7 @@ impl<T: Scalar> Guidance<T> {
         reference.heading_rad = wrap_angle(turned);
     }
 
-    /// Equation (C5) of docs/equations.md.
+    /// Velocity that leads to the set-point: equation (C5) of docs/equations.md.
     fn wanted_velocity(&self, solution: &Solution<T>, trusted: Trusted<T>) -> Vector<Ned, T> {
         let config = &self.config;
         let wanted = match self.set_point {
@@ -377,7 +379,7 @@ impl<T: Scalar> Guidance<T> {
     }
 }
 
-/// `vector` shortened to `horizontal` and, downwards, to `vertical`.
+/// `vector` with the length of its horizontal part limited to `horizontal`, and its down component to ±`vertical`.
 fn within_sizes<T: Scalar>(vector: Vector<Ned, T>, horizontal: T, vertical: T) -> Vector<Ned, T> {
     let [north, east, down] = vector.to_array();
     let square = north * north + east * east;
@@ -386,7 +388,7 @@ fn within_sizes<T: Scalar>(vector: Vector<Ned, T>, horizontal: T, vertical: T) -
     Vector::new(north * share, east * share, within_size(down, vertical))
 }
 
-/// `value` brought into ±`size`.
+/// `value` limited to ±`size`.
 fn within_size<T: Scalar>(value: T, size: T) -> T {
     value.max(-size).min(size)
 }

@@ -21,7 +21,7 @@ use crate::time::Time;
 /// Inputs of one step of the autopilot.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a, T = f64> {
-    /// The moment of the step, on the estimator's clock.
+    /// Time of the step, on the estimator's clock.
     pub now: Time,
     /// The estimator's latest solution, if any.
     pub solution: Option<&'a Solution<T>>,
@@ -40,18 +40,19 @@ pub struct Outputs<T = f64> {
     pub mode: Mode,
     /// The change of mode in this step, if there was one.
     pub transition: Option<Transition>,
-    /// The share of a test input in the sticks; see [`HoverAutopilot::excite`].
+    /// The test input that is part of the sticks; see [`HoverAutopilot::excite`].
     pub injected: Sticks<T>,
-    /// Reason, if a test input ended early in this step.
+    /// Reason for the early end of a test input, if one ended early in this step.
     pub aborted: Option<ExcitationAbort>,
 }
 
 /// The hover autopilot, stepped once every [`HoverConfig::period_s`].
 ///
 /// Each step picks the best mode that the pilot and the estimate allow and computes the command of this mode. It then
-/// fades out the difference to the previous mode and limits the result. The pilot's switch, and any stick moved by
-/// more than the override travel, give the sticks back at once. The switch must then be opened before the autopilot
-/// takes over again. Without a usable attitude at the time of engagement, the sticks stay with the pilot.
+/// fades out the difference from the command of the previous mode, and limits the result. Opening the pilot's switch,
+/// or moving a stick by more than the override travel, gives the sticks back to the pilot at once. The switch must then
+/// be opened before the autopilot takes over again. Without a usable attitude at the time of engagement, the sticks
+/// stay with the pilot.
 ///
 /// ```
 /// use hovernav::autopilot::{Gains, HoverAutopilot, HoverConfig, Inputs, Mode};
@@ -110,10 +111,11 @@ pub struct HoverAutopilot<T = f64> {
     sticks: Sticks<T>,
     /// Remaining difference between the commands of the previous and the present mode.
     fading: Sticks<T>,
-    /// Remaining time of gentle stick motion, s, after the switch moved the sticks between pilot and autopilot.
+    /// Remaining time, s, of the low stick rate after the switch transferred the sticks between pilot and autopilot.
     gentle_s: f64,
-    /// The learned trim, and the trim that the loops have used since their start.
+    /// The learned trim.
     learned: Trim<T>,
+    /// The trim that the loops have used since their start.
     trim: Trim<T>,
     heave_runs: bool,
     exciter: Exciter,
@@ -139,7 +141,7 @@ impl<T: Scalar> Flown<'_, T> {
 }
 
 impl<T: Scalar> HoverAutopilot<T> {
-    /// An autopilot that has not taken over, the sticks at trim.
+    /// Creates an autopilot that has not taken over; its sticks are at trim.
     ///
     /// # Errors
     /// [`ConfigError`] names the first invalid value of `config`.
@@ -179,10 +181,11 @@ impl<T: Scalar> HoverAutopilot<T> {
     }
 
     /// Adds a test input to the sticks from the next step on, within range but at any rate. It ends when it is
-    /// complete, crosses one of its limits, or velocity is not held.
+    /// complete, when one of its limits is exceeded, or when the autopilot does not hold velocity.
     ///
     /// # Errors
-    /// [`ExcitationError`] where velocity is not held, a test input is under way, or a number is out of range.
+    /// [`ExcitationError`] if the autopilot does not hold velocity, another test input is active, or a number is out of
+    /// range.
     pub fn excite(&mut self, excitation: Excitation) -> Result<(), ExcitationError> {
         if !self.mode().holds_velocity() {
             return Err(ExcitationError::NotFlying);
@@ -190,13 +193,13 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.exciter.start(excitation)
     }
 
-    /// Whether a test input is under way.
+    /// Whether a test input is active.
     #[must_use]
     pub const fn is_excited(&self) -> bool {
         self.exciter.is_running()
     }
 
-    /// Ends a test input that is under way.
+    /// Ends the active test input, if any.
     pub const fn end_excitation(&mut self) {
         self.exciter.stop();
     }
@@ -213,14 +216,14 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.supervisor.last_transition()
     }
 
-    /// Velocity, m/s, and heading, rad, of the last references from guidance to the loops. The velocity is followed
-    /// only while [`Mode::holds_velocity`].
+    /// Velocity, m/s, and heading, rad, that guidance last commanded to the loops. The loops follow the velocity only
+    /// while [`Mode::holds_velocity`].
     #[must_use]
     pub fn asked(&self) -> (Vector<Ned, T>, T) {
         self.guidance.asked()
     }
 
-    /// Trim as learned in steady hover, under the pilot's control or the autopilot's.
+    /// Trim learned in steady hover, flown by the pilot or the autopilot.
     #[must_use]
     pub const fn learned_trim(&self) -> Trim<T> {
         self.learned
@@ -237,7 +240,7 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.monitor.observe_notice(notice);
     }
 
-    /// One step: call it every [`HoverConfig::period_s`].
+    /// Runs one step of the autopilot; call it every [`HoverConfig::period_s`].
     ///
     /// # Source
     /// Equation (C8) of docs/equations.md.
@@ -258,14 +261,14 @@ impl<T: Scalar> HoverAutopilot<T> {
         let (period_s, transfer) = (self.period_s, &self.config.transfer);
         self.gentle_s = match transition {
             Some(Transition { from: Mode::Manual, .. }) => GENTLE_S,
-            // A pilot who overrides needs the sticks at once: no gentle motion.
+            // A pilot who moves a stick needs the sticks at once: the stick rate is not reduced.
             Some(Transition { to: Mode::Manual, reason: Reason::Switch, .. }) => GENTLE_S,
             Some(_) => 0.0,
             None if self.gentle_s > 0.0 => (self.gentle_s - self.config.period_s).max(0.0),
             None => 0.0,
         };
         self.fading = match (transition, self.mode()) {
-            // On the way to trim every command continues from the previous one.
+            // In this mode the sticks move to trim from the previous command, so there is no difference to fade.
             (_, Mode::Neutral) => Sticks::NEUTRAL,
             (Some(_), _) => self.sticks.zip(wanted, |last, wanted| last - wanted),
             (None, Mode::Manual) if self.gentle_s > 0.0 => {
@@ -276,14 +279,15 @@ impl<T: Scalar> HoverAutopilot<T> {
             }
             _ => self.fading.scaled(T::ONE - (period_s / transfer.fade_s).min(T::ONE)),
         };
-        // Decaying further, it would become a denormal number, which processors compute about 100 times slower.
+        // Without this end of the decay the value would become a denormal number, which processors compute about 100
+        // times slower.
         if self.fading.farthest_from(Sticks::NEUTRAL) < T::of(FADED) {
             self.fading = Sticks::NEUTRAL;
         }
         let faded = wanted.zip(self.fading, |wanted, left| wanted + left);
         let mut limits = self.config.limits;
         if self.gentle_s > 0.0 {
-            // Sticks beyond full travel, where only a pilot moves them, return at their own rate.
+            // Only a pilot moves sticks beyond full travel; they return at the configured rate.
             limits.rate_per_s = limits.rate_per_s.zip(self.sticks, |rate_per_s, last| {
                 if last.abs() > T::ONE { rate_per_s } else { rate_per_s.min(T::of(GENTLE_PER_S)) }
             });
@@ -308,7 +312,7 @@ impl<T: Scalar> HoverAutopilot<T> {
         Outputs { sticks, mode: self.mode(), transition, injected, aborted }
     }
 
-    /// Transfers control from the loops of one mode to those of another.
+    /// Transfers control from the loops of one mode to the loops of another mode.
     fn start_loops(&mut self, from: Mode, mode: Mode, flown: Option<&Flown<'_, T>>) {
         let same_loops = (from.holds_velocity() && mode.holds_velocity())
             || (from == Mode::Attitude && mode == Mode::Descent);
@@ -319,7 +323,8 @@ impl<T: Scalar> HoverAutopilot<T> {
         if self.learned.is_plausible() {
             self.trim = self.learned;
         }
-        // Collective and pedal keep the values that this flight needs; cyclic follows the wind.
+        // Collective and pedal keep the values of the present flight; cyclic takes the learned trim, which follows the
+        // wind.
         let runs_on = !matches!(from, Mode::Manual | Mode::Neutral);
         if runs_on {
             (self.trim.sticks.collective, self.trim.sticks.pedal) =
@@ -384,7 +389,7 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.sticks.zip(trim.sticks, |last, trim| last + share * (trim - last))
     }
 
-    /// Equation (C7) of docs/equations.md.
+    /// Lateral and longitudinal cyclic commands about trim, from the velocity loop: equation (C7) of docs/equations.md.
     fn velocity_loop(&mut self, flown: &Flown<'_, T>, reference: &Reference<T>) -> [T; 2] {
         let [p, q, _] = flown.solution.angular_rate_radps.to_array();
         let (roll, pitch) = self.tilt_from_trim(flown);
@@ -445,7 +450,7 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.heave.command(wanted, w)
     }
 
-    /// Ends the sample of the loops with their applied commands, without the fade between modes.
+    /// Ends the sample of the loops with the applied commands, less the fading difference between modes.
     fn advance(&mut self) {
         if matches!(self.mode(), Mode::Manual | Mode::Neutral) {
             return;
@@ -481,21 +486,23 @@ impl<T: Scalar> HoverAutopilot<T> {
     }
 }
 
-/// Largest speed, m/s, and angular rate, rad/s, of a steady hover.
+/// Largest speed of a steady hover, m/s.
 const STEADY_MPS: f64 = 1.0;
+/// Largest angular rate of a steady hover, rad/s.
 const STEADY_RADPS: f64 = 0.3;
 
-/// Largest rate of the sticks, full sticks a second, and its duration, s, after the switch moved the sticks between
-/// pilot and autopilot. Any motion of the vehicle at that moment then causes no step of the sticks: at most 2.7 % in
-/// a cycle of 33 Hz.
+/// Largest rate of the sticks, full sticks a second, after the switch transferred them between pilot and autopilot: at
+/// most 2.7 % in a cycle of 33 Hz. Motion of the vehicle at that moment therefore causes no jump of the sticks.
 const GENTLE_PER_S: f64 = 0.9;
+/// Duration of this lower stick rate after the transfer, s.
 const GENTLE_S: f64 = 1.0;
 /// Remaining difference of commands, full sticks, below which a transition is complete.
 const FADED: f64 = 1e-9;
-/// Difference of the sticks above which they are handed back without a limit on steps.
+/// Difference between the sticks of autopilot and pilot above which the autopilot hands back without a limit on the
+/// stick rate.
 const FAR_APART: f64 = 0.5;
 
-/// The value of `fading` one sample later while the pilot has the sticks.
+/// Value of `fading` one sample later, while the pilot has the sticks.
 fn handed_back<T: Scalar>(fading: Sticks<T>, period_s: T, hand_back_s: T) -> Sticks<T> {
     let share = (period_s / hand_back_s).min(T::ONE);
     let gently = T::of(GENTLE_PER_S) * period_s;

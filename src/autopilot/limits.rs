@@ -17,12 +17,12 @@ pub struct StickLimits<T = f64> {
     pub lowest: Sticks<T>,
     /// Highest position of each stick, 0 to 1.
     pub highest: Sticks<T>,
-    /// Fastest motion of each stick, full travels (of 1) a second; above 0.
+    /// Largest rate of each stick, full travels (of 1) a second; above 0.
     pub rate_per_s: Sticks<T>,
 }
 
 impl Default for StickLimits {
-    /// The whole range, and motion from stop to stop within 0.5 s.
+    /// The whole range, and a rate that moves a stick from stop to stop in 0.5 s.
     fn default() -> Self {
         Self {
             lowest: Sticks::from_array([-1.0; 4]),
@@ -65,12 +65,12 @@ impl<T: Scalar> StickLimits<T> {
         wanted.zip(self.lowest, T::max).zip(self.highest, T::min)
     }
 
-    /// `wanted` limited to the range, extended to the pilot's sticks `own` where they are beyond it. Only the servos
-    /// and the travel of a transmitter, [`FARTHEST_PILOT`], limit the pilot.
+    /// `wanted` limited to the range. Where the pilot's sticks `own` are beyond the range, it is extended to them. Only
+    /// the servos and the travel of a transmitter, [`FARTHEST_PILOT`], limit the pilot.
     #[must_use]
     pub fn in_range_with_pilot(&self, wanted: Sticks<T>, own: Sticks<T>) -> Sticks<T> {
         let farthest = T::of(FARTHEST_PILOT);
-        // Written so that a NaN stays one.
+        // Written so that a NaN stays a NaN.
         let possible = |stick: T| match stick {
             high if high > farthest => farthest,
             low if low < -farthest => -farthest,
@@ -80,7 +80,7 @@ impl<T: Scalar> StickLimits<T> {
         wanted.zip(self.lowest.zip(own, T::min), T::max).zip(self.highest.zip(own, T::max), T::min)
     }
 
-    /// `wanted` limited to the range and to the travel that the controls can make in `period_s` from `last`.
+    /// `wanted` limited to the range, and to the positions that the controls can reach from `last` within `period_s`.
     ///
     /// # Source
     /// Equation (C9) of docs/equations.md.

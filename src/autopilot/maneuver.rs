@@ -4,22 +4,22 @@ use core::f64::consts::TAU;
 
 use crate::scalar::Scalar;
 
-/// A deviation of one stick from its current position, from time 0 on, in the unit of its amplitude.
+/// A deviation of one stick from its current position, from time 0 on. Its unit is that of the amplitude.
 ///
 /// The thesis flew steps of 10 to 15 % held for 1.5 s. A sweep excites more of the dynamics in one run and is the
 /// input required for frequency responses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Maneuver {
-    /// `amplitude` for `hold_s`, then back.
+    /// Deviation by `amplitude` for `hold_s`, then back to 0.
     Step {
-        /// Deviation.
+        /// Deviation of the stick.
         amplitude: f64,
         /// Duration, s.
         hold_s: f64,
     },
-    /// `amplitude` for `hold_s`, then the opposite for the same time.
+    /// Deviation by `amplitude` for `hold_s`, then by −`amplitude` for the same time.
     Doublet {
-        /// Deviation.
+        /// Deviation of the stick.
         amplitude: f64,
         /// Duration in each direction, s.
         hold_s: f64,
@@ -29,7 +29,7 @@ pub enum Maneuver {
     /// Source: J. Marchand, after R. Jategaonkar, *Flight Vehicle System Identification*, section
     /// 2.3.
     ThreeTwoOneOne {
-        /// Deviation.
+        /// Deviation of the stick.
         amplitude: f64,
         /// Length of one unit, s.
         unit_s: f64,
@@ -53,8 +53,9 @@ pub enum Maneuver {
     },
 }
 
-/// Tischler & Remple's constants of the exponential sweep.
+/// Constant 4 in the exponent of Tischler & Remple's sweep.
 const SWEEP_RATE: f64 = 4.0;
+/// Constant 0.0187 of Tischler & Remple's sweep, the factor of the exponential.
 const SWEEP_SCALE: f64 = 0.0187;
 
 impl Maneuver {
@@ -110,7 +111,7 @@ impl Maneuver {
         }
     }
 
-    /// The deviations at `samples` instants a period apart, the manoeuvre starting at `start_s`.
+    /// The deviations at `samples` instants, `period_s` apart, of the manoeuvre that starts at `start_s`.
     #[cfg(feature = "alloc")]
     #[must_use]
     pub fn sampled(&self, samples: usize, period_s: f64, start_s: f64) -> alloc::vec::Vec<f64> {

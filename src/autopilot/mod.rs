@@ -1,9 +1,10 @@
 //! Hover control: from the filter's solution to the positions of the sticks. The last stage of the flight core.
 //!
-//! [`HoverAutopilot`] is the hybrid of Paw (2005), chapter 6, doi:10.32657/10356/47095, at the loop's own rate. It
-//! has a PID on heave, and a linear-quadratic regulator with integral action on yaw with heading hold. Another
-//! regulator controls roll and pitch from p, q, φ, θ, u, v. Guidance feeds these loops from set-points of position,
-//! velocity and heading. Degraded modes replace them when the estimate is poor, and the pilot can override them.
+//! [`HoverAutopilot`] is the hybrid controller of Paw (2005), chapter 6, doi:10.32657/10356/47095, at the loop's own
+//! rate. A PID controls heave. A linear-quadratic regulator with integral action controls yaw and holds the heading.
+//! Another regulator controls roll and pitch from p, q, φ, θ, u, v. Guidance feeds these loops from set-points of
+//! position, velocity and heading. Degraded modes replace these loops when the estimate is poor, and the pilot can
+//! override the autopilot.
 //!
 //! Everything here is plain data and bounded arithmetic: no allocation, no panic, no clock of its own. Gains come
 //! from a design at the same sample period. [`HoverConfig::check`] rejects a configuration that cannot fly.

@@ -3,25 +3,26 @@
 use crate::health::Distrust;
 use crate::time::Time;
 
-/// Mode of the autopilot: first the pilot's flying, then from the best to the worst.
+/// Mode of the autopilot. `Manual` is first; the other modes follow from the best to the worst.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Mode {
     /// The pilot flies.
     Manual,
-    /// Holds or moves to a position, holds the heading.
+    /// Holds a position or flies to it, and holds the heading.
     Position,
-    /// Holds a velocity over ground and the heading, because position is not accurate enough.
+    /// Holds a velocity over ground, and the heading, because position is not accurate enough.
     Velocity,
     /// Holds roll, pitch, heading and, if possible, height, because velocity is not accurate enough.
     Attitude,
-    /// As [`Attitude`](Self::Attitude), sinking at a set rate, because velocity did not recover in time.
+    /// As [`Attitude`](Self::Attitude), but descends at the configured sink rate, because velocity did not recover in
+    /// time.
     Descent,
-    /// The sticks go to trim, because attitude is unknown too.
+    /// Moves the sticks to trim, because attitude is unknown.
     Neutral,
 }
 
 impl Mode {
-    /// All modes: first the pilot's flying, then from the best to the worst.
+    /// All modes: first `Manual`, then from the best to the worst.
     pub const ALL: [Self; 6] = [
         Self::Manual,
         Self::Position,
@@ -44,7 +45,7 @@ impl Mode {
         }
     }
 
-    /// Whether horizontal velocity is controlled.
+    /// Whether the mode controls horizontal velocity.
     #[must_use]
     pub const fn holds_velocity(self) -> bool {
         matches!(self, Self::Position | Self::Velocity)
@@ -55,7 +56,7 @@ impl Mode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Reason {
-    /// The pilot's switch.
+    /// The pilot opened or closed the switch.
     Switch,
     /// The pilot moved a stick.
     Override,

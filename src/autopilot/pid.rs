@@ -3,7 +3,8 @@
 use super::check::{ConfigError, finite, within};
 use crate::scalar::Scalar;
 
-/// Gains of a [`Pid`]. Units are the command's over the error's, combined with s as the names state.
+/// Gains of a [`Pid`]. Each gain has the unit of the command divided by the unit of the error, combined with s as its
+/// name states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -11,16 +12,16 @@ use crate::scalar::Scalar;
     serde(deny_unknown_fields)
 )]
 pub struct PidGains<T = f64> {
-    /// Command per error.
+    /// Proportional gain: command per error.
     pub proportional: T,
-    /// Command per error and s.
+    /// Integral gain: command per error and second.
     pub integral_per_s: T,
-    /// Command per rate of change of the measured value, s.
+    /// Derivative gain, s: command per rate of change of the measured value.
     pub derivative_s: T,
-    /// Time constant of the low-pass on the derivative, s; from 0.
+    /// Time constant of the low-pass on the derivative, s; 0 or more.
     pub derivative_filter_s: T,
-    /// Time constant with which the integral follows a limited command, s; above 0. The smaller, the faster the
-    /// integral recovers from saturation.
+    /// Time constant with which the integral follows a limited command, s; above 0. A smaller time constant makes the
+    /// integral recover faster from saturation.
     pub tracking_time_s: T,
 }
 
@@ -50,8 +51,8 @@ impl<T: Scalar> PidGains<T> {
 /// PID controller with a filtered derivative of the measurement, tracking anti-windup and bumpless
 /// start, at a fixed sample period.
 ///
-/// The derivative acts on the measurement alone, so a stepping set-point does not kick. Gains may be
-/// of either sign, as the plant's.
+/// The derivative acts on the measurement alone, so a step of the set-point causes no kick of the command. Gains may
+/// have either sign, like the gain of the plant.
 ///
 /// ```
 /// use hovernav::autopilot::{Pid, PidGains};
@@ -83,7 +84,7 @@ pub struct Pid<T = f64> {
 }
 
 impl<T: Scalar> Pid<T> {
-    /// A controller at rest, sampled every `period_s`.
+    /// Creates a controller at rest, with one sample every `period_s`.
     ///
     /// # Errors
     /// [`ConfigError`] for a gain that is not finite, or a time out of range.
@@ -105,8 +106,8 @@ impl<T: Scalar> Pid<T> {
         }
     }
 
-    /// Takes over without a bump: the next [`command`](Self::command) with this set-point and
-    /// measurement is `command`.
+    /// Takes over without a jump: the next [`command`](Self::command) with this set-point and measurement returns
+    /// `command`.
     pub fn start(&mut self, command: T, set_point: T, measured: T) {
         self.integral = command - self.gains.proportional * (set_point - measured);
         self.derivative = T::ZERO;
@@ -115,7 +116,7 @@ impl<T: Scalar> Pid<T> {
         self.wanted = command;
     }
 
-    /// The command wanted for this sample. [`advance`](Self::advance) must follow.
+    /// Command for this sample, before its limits. Call [`advance`](Self::advance) next.
     ///
     /// # Source
     /// Equation (C1) of docs/equations.md.
@@ -132,7 +133,7 @@ impl<T: Scalar> Pid<T> {
         self.wanted
     }
 
-    /// Ends the sample: `applied` is the command after its limits.
+    /// Ends the sample. `applied` is the command after its limits.
     ///
     /// # Source
     /// Equation (C2) of docs/equations.md.
@@ -142,7 +143,7 @@ impl<T: Scalar> Pid<T> {
             + follow * (applied - self.wanted);
     }
 
-    /// The integral part of the command.
+    /// Integral part of the command.
     #[must_use]
     pub const fn integral(&self) -> T {
         self.integral
@@ -163,7 +164,8 @@ mod tests {
         tracking_time_s: 0.3,
     };
 
-    /// First-order plant y' = −y + u held over a sample, under the PID with its command limited.
+    /// Response of the first-order plant y' = −y + u, with u constant over a sample, under the PID with a limited
+    /// command.
     fn run(pid: &mut Pid, mut y: f64, set_point: impl Fn(f64) -> f64, limit: f64) -> Vec<f64> {
         (0..400)
             .map(|k| {
@@ -189,7 +191,7 @@ mod tests {
         let overshoot = |tracking_time_s| {
             let gains = PidGains { tracking_time_s, ..GAINS };
             let mut pid = Pid::new(gains, PERIOD_S).unwrap();
-            // A set-point out of reach for 4 s, then one within reach.
+            // A set-point out of reach for 4 s, then a set-point within reach.
             let y = run(&mut pid, 0.0, |t| if t < 4.0 { 5.0 } else { 0.2 }, 1.0);
             y.iter().skip(200).fold(f64::NEG_INFINITY, |most, &y| most.max(y))
         };

@@ -17,12 +17,12 @@ pub struct TestInput {
     pub maneuver: Maneuver,
 }
 
-/// Test inputs for an identification flight. The first begins [`first_s`](Self::first_s) after the autopilot took over.
-/// Each next one begins [`pause_s`](Self::pause_s) after the end of the previous one.
+/// Test inputs for an identification flight. The first input begins [`first_s`](Self::first_s) after the autopilot took
+/// over. Each further input begins [`pause_s`](Self::pause_s) after the end of the previous input.
 ///
 /// The programme ends when a pilot's stick moves beyond the dead band or the pilot's signal is lost. It also ends at
-/// the fence, when a limit is crossed, or when velocity is not held. The next engagement of the autopilot starts it
-/// again.
+/// the fence, when a limit is exceeded, or when the autopilot does not hold velocity. The next engagement of the
+/// autopilot starts the programme again.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExcitationProgramme {
     /// The test inputs in their order, up to the first `None`.
@@ -41,10 +41,10 @@ impl ExcitationProgramme {
     /// Largest number of test inputs in a programme.
     pub const MOST: usize = 16;
 
-    /// Whether every input can be flown.
+    /// Checks that the autopilot can fly every input.
     ///
     /// # Errors
-    /// The first number that is out of range.
+    /// [`ExcitationError::Value`] with the first number that is out of range.
     pub fn check(&self) -> Result<(), ExcitationError> {
         within("first_s", self.first_s, 2.0, 600.0, "2 to 600 s")?;
         within("pause_s", self.pause_s, 1.0, 600.0, "1 to 600 s")?;
@@ -128,8 +128,8 @@ impl ProgrammeFlight {
         self.neutral = neutral;
     }
 
-    /// Step of the programme before a step of the autopilot, `elapsed_s` after the previous one. `may_go_on` is
-    /// whether all conditions but the pilot's sticks are met.
+    /// Runs one step of the programme; call it before each step of the autopilot. `elapsed_s` is the time since the
+    /// previous step. `may_go_on` is whether all conditions except those on the pilot's sticks are met.
     pub fn step(
         &mut self,
         autopilot: &mut HoverAutopilot<impl Scalar>,
@@ -140,7 +140,7 @@ impl ProgrammeFlight {
         if self.stage == Stage::Off {
             return None;
         }
-        // Written so that NaN is a stick moved.
+        // Written so that NaN counts as a moved stick.
         let still = |pilot: Sticks| pilot.farthest_from(self.neutral) <= self.programme.dead_band;
         if !may_go_on || !pilot.is_some_and(still) {
             autopilot.end_excitation();
@@ -155,7 +155,7 @@ impl ProgrammeFlight {
             Stage::Waits(left_s) if left_s > elapsed_s => {
                 self.stage = Stage::Waits(left_s - elapsed_s);
             }
-            // Rejected while velocity is not held: the programme waits.
+            // The autopilot rejects the input while it does not hold velocity: the programme waits.
             Stage::Waits(_) if autopilot.excite(self.programme.excitation(&input)).is_ok() => {
                 self.stage = Stage::Flies;
                 let number = u8::try_from(self.next + 1).unwrap_or(u8::MAX);

@@ -1,4 +1,4 @@
-//! Whether the autopilot may take over: every check by name, with its number.
+//! Readiness of the autopilot to take over: every check with its name and value.
 
 use super::check::{ConfigError, within};
 use super::trim::Trim;
@@ -8,31 +8,31 @@ use crate::frames::{Ned, Vector};
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// One condition for taking over.
+/// One condition that must be met before the autopilot takes over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Check {
     /// Age of the estimate, s.
     Estimate,
-    /// One-sigma of roll and pitch, the greater, rad.
+    /// Greater one-sigma of roll and pitch, rad.
     Tilt,
     /// One-sigma of heading, rad.
     Heading,
-    /// One-sigma of horizontal velocity, the greater axis, m/s.
+    /// Greater one-sigma of north and east velocity, m/s.
     Velocity,
     /// One-sigma of vertical velocity, m/s.
     VerticalVelocity,
-    /// One-sigma of position, the greatest axis, m.
+    /// Greatest one-sigma of position on any axis, m.
     Position,
     /// Age of the last good fix, s.
     Fix,
-    /// Speed over ground and vertical, m/s: the autopilot takes over in a hover.
+    /// Speed in three dimensions, m/s: the autopilot takes over in a hover.
     Speed,
     /// Angular rate, rad/s.
     Rate,
-    /// Roll or pitch from level, the greater, rad.
+    /// Greater angle of roll and pitch, rad.
     Level,
-    /// The pilot's stick that is furthest from hover trim.
+    /// Largest deflection of a pilot's stick from hover trim.
     Sticks,
     /// Difference of the loop's period from the design period of the gains, s.
     Period,
@@ -40,9 +40,9 @@ pub enum Check {
     Pilot,
     /// Whether the servos receive their commands: 1 or 0.
     Servos,
-    /// Share of the way from the middle of the fence to its side or top; 0 without a fence.
+    /// Position as a fraction of the distance from the centre of the fence to its side or top; 0 without a fence.
     Fence,
-    /// One-sigma of the gyro bias of roll and pitch, the greater, rad/s.
+    /// Greater one-sigma of the gyro bias about the roll and pitch axes, rad/s.
     GyroBias,
 }
 
@@ -67,7 +67,7 @@ impl Check {
         Self::GyroBias,
     ];
 
-    /// Name of the check, with its unit.
+    /// Name of the check, with the unit of its value.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -91,7 +91,7 @@ impl Check {
     }
 }
 
-/// Largest number with which each check passes.
+/// Largest value with which each check passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -113,23 +113,23 @@ pub struct ReadinessLimits {
     pub position_sigma_m: f64,
     /// Age of the last good fix, s.
     pub fix_age_s: f64,
-    /// Speed, m/s.
+    /// Speed in three dimensions, m/s.
     pub speed_mps: f64,
     /// Angular rate, rad/s.
     pub rate_radps: f64,
-    /// Roll and pitch, rad.
+    /// Angle of roll and of pitch, rad.
     pub level_rad: f64,
-    /// Stick from the trim, which is the configured one or as learned in hover.
+    /// Deflection of a stick from trim; the trim is the configured trim or the trim learned in hover.
     pub stick: f64,
-    /// Difference of the loop's period from the design period of the gains, as a fraction of it.
+    /// Difference of the loop's period from the design period of the gains, as a fraction of the design period.
     pub period: f64,
-    /// One-sigma of the gyro bias of roll and pitch, rad/s. The bias b tilts the vertical, so that a time t without GPS
-    /// adds a position error of g b t³ / 6 (Titterton and Weston 2004, section 12.3): 3.3 m in 15 s.
+    /// One-sigma of the gyro bias about the roll and pitch axes, rad/s. A bias b tilts the vertical, and over a time t
+    /// without GPS adds a position error of g b t³ / 6 (Titterton and Weston 2004, section 12.3): 3.3 m in 15 s.
     pub gyro_bias_sigma_radps: f64,
 }
 
 impl Default for ReadinessLimits {
-    /// Half of the limits for continued flight, in a hover.
+    /// Limits in a hover: half of the limits for continued flight.
     fn default() -> Self {
         Self {
             estimate_age_s: 0.1,
@@ -150,10 +150,10 @@ impl Default for ReadinessLimits {
 }
 
 impl ReadinessLimits {
-    /// Whether every limit is above 0 and at most 1000.
+    /// Checks that every limit is above 0 and at most 1000.
     ///
     /// # Errors
-    /// The first limit out of range.
+    /// [`ConfigError`] with the first limit that is out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
         let limit = |what, found| within(what, found, 1e-6, 1e3, "above 0, at most 1000");
         limit("ready.estimate_age_s", self.estimate_age_s)?;
@@ -172,10 +172,10 @@ impl ReadinessLimits {
     }
 }
 
-/// Observed quantities for the readiness checks. `None` is unknown and fails, except for `fence_share`.
+/// Observed quantities for the readiness checks. `None` means unknown and fails the check, except for `fence_share`.
 #[derive(Clone, Copy, Debug)]
 pub struct Observed<'a, T = f64> {
-    /// The moment, on the estimator's clock.
+    /// Time of the check, on the estimator's clock.
     pub now: Time,
     /// The estimator's latest solution.
     pub solution: Option<&'a Solution<T>>,
@@ -193,18 +193,19 @@ pub struct Observed<'a, T = f64> {
     pub pilot_signal: bool,
     /// Whether the servos receive their commands.
     pub servos: bool,
-    /// Share of the way to the fence, 1 at the fence; `None` without a fence or a position.
+    /// Position as a fraction of the distance from the centre to the fence, 1 at the fence; `None` without a fence or a
+    /// position.
     pub fence_share: Option<f64>,
 }
 
-/// One check, its number and its limit.
+/// One check with its value and its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checked {
     /// The check.
     pub check: Check,
-    /// The number; NaN where it is unknown.
+    /// The value; NaN if it is unknown.
     pub value: f64,
-    /// The largest number that passes; for [`Check::Pilot`] and [`Check::Servos`] the smallest.
+    /// The largest value that passes; for [`Check::Pilot`] and [`Check::Servos`] the smallest value that passes.
     pub limit: f64,
     /// Whether the check passes.
     pub passes: bool,
@@ -253,7 +254,7 @@ pub struct Readiness {
 }
 
 impl Readiness {
-    /// Judges `observed` by `limits`.
+    /// Compares every value of `observed` with `limits`.
     #[must_use]
     pub fn assess<T: Scalar>(observed: &Observed<'_, T>, limits: &ReadinessLimits) -> Self {
         let solution = observed.solution;
@@ -334,18 +335,18 @@ impl Readiness {
         self.results.iter().filter(|result| !result.passes)
     }
 
-    /// One bit for each check that does not pass, in the order of [`Check::ALL`], the first lowest.
+    /// One bit for each check that does not pass, in the order of [`Check::ALL`]; the first check is the lowest bit.
     #[must_use]
     pub fn failed_bits(&self) -> u16 {
         self.results.iter().rev().fold(0, |bits, result| bits << 1 | u16::from(!result.passes))
     }
 }
 
-/// Largest share of the way to the fence. Beyond it the autopilot would turn back at once, towards a position that
-/// may be wrong.
+/// Largest position, as a fraction of the distance to the fence, at which the autopilot may take over. Beyond the fence
+/// it would turn back at once, to a position that may be wrong.
 const AT_FENCE: f64 = 1.0;
 
-/// The larger of two; NaN if one is NaN.
+/// The larger of two numbers; NaN if one of them is NaN.
 fn larger<T: Scalar>(a: T, b: T) -> T {
     if a > b || a.partial_cmp(&a).is_none() { a } else { b }
 }

@@ -1,11 +1,10 @@
-//! The linear-quadratic regulator in flight: integral action, and a prediction of the states that no sensor measures.
+//! Linear-quadratic regulator with integral action, and a prediction of the states that no sensor measures.
 
 use super::check::{ConfigError, finite, within};
 use super::matrix::{add, difference, dot, times};
 use crate::scalar::Scalar;
 
-/// Gains of a [`Regulator`] of `Y` measured states, `H` hidden ones and `U` controls, at one sample
-/// period.
+/// Gains of a [`Regulator`] with `Y` measured states, `H` hidden states and `U` controls, at one sample period.
 ///
 /// Hidden states of the design's plant are not measured, but follow from the measured states and the commands:
 /// flapping, stabilizer bar, servo positions.
@@ -27,13 +26,14 @@ use crate::scalar::Scalar;
     ))
 )]
 pub struct RegulatorGains<const Y: usize, const H: usize, const U: usize, T = f64> {
-    /// Stick per measured state, row by control.
+    /// Gain from each measured state to the stick, one row per control.
     pub measured: [[T; Y]; U],
-    /// Stick per hidden state.
+    /// Gain from each hidden state to the stick, one row per control.
     pub hidden: [[T; H]; U],
-    /// Stick per pending command: the delay of one sample.
+    /// Gain from the pending command, sent in the last sample, to the stick. It accounts for the delay of one sample.
     pub pending: [[T; U]; U],
-    /// Stick per s of measured error: zero except for states without steady error.
+    /// Gain from the time integral of each measured state's error to the stick, per s; zero except for states that must
+    /// have no steady error.
     pub integral_per_s: [[T; Y]; U],
     /// Hidden states after a sample, per hidden state before it.
     pub hidden_from_hidden: [[T; H]; H],
@@ -41,7 +41,7 @@ pub struct RegulatorGains<const Y: usize, const H: usize, const U: usize, T = f6
     pub hidden_from_measured: [[T; Y]; H],
     /// Hidden states after a sample, per command that acted during it.
     pub hidden_from_pending: [[T; U]; H],
-    /// Time constant with which the integrals follow a limited command, s.
+    /// Time constant, s, with which the integrals follow a limited command.
     pub tracking_time_s: T,
 }
 
@@ -101,8 +101,8 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> RegulatorGains<Y
 /// State feedback u = −K·(x − reference) + integral. x holds the measured states, the hidden states and the pending
 /// command. A model predicts the hidden states from the measured states and the commands.
 ///
-/// The prediction has no correction gain: the measured states enter it directly. The hidden states forget their
-/// initial value as fast as rotor and servos do. Commands are deviations from trim.
+/// The prediction has no correction gain: the measured states enter it directly. An error of the initial hidden states
+/// decays as fast as the dynamics of rotor and servos. Commands are deviations from trim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regulator<const Y: usize, const H: usize, const U: usize, T = f64> {
     gains: RegulatorGains<Y, H, U, T>,
@@ -116,7 +116,7 @@ pub struct Regulator<const Y: usize, const H: usize, const U: usize, T = f64> {
 }
 
 impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, U, T> {
-    /// A regulator at trim, sampled every `period_s`.
+    /// Creates a regulator at trim, with one sample every `period_s`.
     ///
     /// # Errors
     /// [`ConfigError`] for a gain that is not finite, or a time out of range.
@@ -144,8 +144,7 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, 
         *self = Self { pending, ..Self::unchecked(self.gains, self.period_s) };
     }
 
-    /// The command wanted for this sample, as a deviation from trim. [`advance`](Self::advance) must
-    /// follow.
+    /// Command for this sample before its limits, as a deviation from trim. Call [`advance`](Self::advance) next.
     ///
     /// # Source
     /// Equation (C3) of docs/equations.md.
@@ -165,7 +164,7 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, 
         wanted
     }
 
-    /// Ends the sample: `applied` is the command after its limits.
+    /// Ends the sample. `applied` is the command after its limits.
     ///
     /// # Source
     /// Equation (C4) of docs/equations.md.

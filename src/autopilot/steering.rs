@@ -1,4 +1,4 @@
-//! The pilot's sticks as requests to the autopilot: it holds position, and moves in the direction of a moved stick.
+//! The pilot's sticks as requests to the autopilot: it holds position, and flies in the direction of a deflected stick.
 
 use super::check::{ConfigError, within};
 use super::guidance::SetPoint;
@@ -15,15 +15,16 @@ use crate::scalar::Scalar;
 pub struct SteeringConfig {
     /// Dead band: a stick closer than this to its position at engagement requests nothing; 0.01 to 0.5.
     pub dead_band: f64,
-    /// Stick that requests the full speed, above the dead band, to 1.
+    /// Deflection of a stick that requests the full speed; above the dead band, at most 1.
     pub full_stick: f64,
     /// Horizontal speed at full stick, m/s, forward and sideways.
     pub speed_mps: f64,
-    /// Climb and descent at full stick, m/s.
+    /// Climb or sink rate at full stick, m/s.
     pub climb_mps: f64,
-    /// Turn at full stick, rad/s.
+    /// Turn rate at full stick, rad/s.
     pub yaw_rate_radps: f64,
-    /// Sign of each stick: 1 where a positive stick means right, forward, up, right; else −1.
+    /// Signs of lateral, longitudinal, collective and pedal: 1 where a positive stick means right, forward, up, right;
+    /// else −1.
     pub signs: Sticks,
 }
 
@@ -41,10 +42,10 @@ impl Default for SteeringConfig {
 }
 
 impl SteeringConfig {
-    /// Whether every value is finite and in its range.
+    /// Checks that every value is finite and in its range.
     ///
     /// # Errors
-    /// The first value out of range.
+    /// [`ConfigError`] with the first value that is out of range.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("steering.dead_band", self.dead_band, 0.01, 0.5, "0.01 to 0.5")?;
         let least = self.dead_band + 0.05;
@@ -72,22 +73,23 @@ pub struct Steering {
 }
 
 impl Steering {
-    /// Steering about the sticks at the moment of engagement.
+    /// Creates the steering; `neutral` are the pilot's sticks at engagement.
     ///
     /// # Errors
-    /// The first invalid value of `config`.
+    /// [`ConfigError`] with the first invalid value of `config`.
     pub fn new(config: SteeringConfig, neutral: Sticks) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self { config, neutral, moving: false })
     }
 
-    /// Restarts about `neutral`.
+    /// Restarts the steering with `neutral`, the pilot's sticks at engagement.
     pub fn engage(&mut self, neutral: Sticks) {
         (self.neutral, self.moving) = (neutral, false);
     }
 
-    /// Request of `pilot` now: a velocity while a stick is outside its dead band, and [`SetPoint::Hold`] once when
-    /// the last stick is back. `None` otherwise. Loss of the pilot ends a movement.
+    /// Set-point that the sticks `pilot` request now. While a stick is outside its dead band it is a velocity. When the
+    /// last stick is back it is [`SetPoint::Hold`], once; otherwise `None`. Loss of the pilot's signal counts as sticks
+    /// at neutral.
     pub fn set_point(&mut self, pilot: Option<Sticks>) -> Option<SetPoint> {
         let pilot = pilot.filter(|sticks| sticks.is_finite()).unwrap_or(self.neutral);
         let asked = pilot
@@ -99,7 +101,7 @@ impl Steering {
             return Some(SetPoint::Hold);
         }
         moves.then(|| {
-            // Both cyclic sticks at full deflection do not request more speed than one.
+            // Both cyclic sticks at full deflection request no more speed than one.
             let length = Scalar::hypot(asked.longitudinal, asked.lateral).max(1.0);
             SetPoint::Velocity {
                 forward_mps: self.config.speed_mps * asked.longitudinal / length,
@@ -110,7 +112,7 @@ impl Steering {
         })
     }
 
-    /// Request from −1 to 1: 0 inside the dead band, growing from its edge.
+    /// Request of a stick, −1 to 1: 0 inside the dead band, and growing from its edge.
     fn share(&self, stick: f64) -> f64 {
         let beyond = libm::fabs(stick) - self.config.dead_band;
         if beyond <= 0.0 {

@@ -1,4 +1,4 @@
-//! Choice of the mode: the best that the pilot and the estimate allow.
+//! Choice of the mode: the best mode that the pilot and the estimate allow.
 
 use super::mode::{Mode, Reason, Transition};
 use super::transfer::TransferConfig;
@@ -7,7 +7,7 @@ use crate::health::Health;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// Inputs of the choice of mode in one step.
+/// Inputs for the choice of the mode in one step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Request<T> {
     pub now: Time,
@@ -18,8 +18,8 @@ pub(super) struct Request<T> {
     pub health: Health,
 }
 
-/// The mode, and the memory of its choice: the pilot's override, the time without velocity, and the time with a
-/// better mode possible. Times add up in `f64` for every number type.
+/// The mode and the state of its choice: the pilot's override, the time without velocity, and the time for which a
+/// better mode has been possible. Times are summed in `f64` for every number type.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Supervisor<T> {
     period_s: f64,
@@ -59,8 +59,8 @@ impl<T: Scalar> Supervisor<T> {
         self.last_transition
     }
 
-    /// Changes to the best mode that pilot and estimate allow. A worse mode is entered at once, a better one when the
-    /// estimate has been good enough for a while.
+    /// Changes to the best mode that pilot and estimate allow. A worse mode is entered at once. A better mode is
+    /// entered after the estimate has been good enough for the recovery time.
     pub fn choose(&mut self, request: &Request<T>) -> Option<Transition> {
         if !request.engage {
             self.overridden = false;
@@ -93,14 +93,14 @@ impl<T: Scalar> Supervisor<T> {
         self.last_transition
     }
 
-    /// The best mode that pilot and estimate allow, and the reason that prevents a better one.
+    /// The best mode that pilot and estimate allow, and the reason that prevents a better mode.
     fn best(&self, request: &Request<T>) -> (Mode, Reason) {
         let impatient = self.without_velocity_s >= self.patience_s;
         let health = &request.health;
         match (health.tilt, health.velocity, health.position) {
             _ if self.overridden => (Mode::Manual, Reason::Override),
             _ if !request.engage => (Mode::Manual, Reason::Switch),
-            // A missing attitude is no reason to take the sticks from a pilot.
+            // Without attitude, the pilot keeps the sticks.
             (Err(_), ..) if self.mode == Mode::Manual => (Mode::Manual, Reason::Switch),
             (Err(why), ..) => (Mode::Neutral, Reason::Distrust(why)),
             (_, Err(_), _) if impatient => (Mode::Descent, Reason::Patience),

@@ -11,23 +11,23 @@ use crate::scalar::Scalar;
     serde(default, deny_unknown_fields)
 )]
 pub struct TransferConfig<T = f64> {
-    /// Time constant, s, of the fade of the difference between the last command of one mode and the first of the
-    /// next.
+    /// Time constant, s, with which the difference between the last command of one mode and the first command of the
+    /// next fades out.
     pub fade_s: T,
-    /// Time constant, s, of the fade of that difference when the pilot takes over.
+    /// Time constant, s, with which the difference between autopilot and pilot fades out when the pilot takes over.
     pub hand_back_s: T,
-    /// Time constant with which the sticks go to trim when attitude is unknown, s.
+    /// Time constant, s, with which the sticks go to trim when attitude is unknown.
     pub neutral_s: T,
     /// Deflection of a stick from its position at engagement that counts as the pilot's override.
     pub override_travel: T,
-    /// Time for which attitude is held without velocity before the descent begins, s.
+    /// Time, s, for which the autopilot holds attitude without a good velocity before it descends.
     pub patience_s: T,
     /// Sink rate of the descent, m/s.
     pub descent_mps: T,
-    /// Stick by which the trimmed collective changes, in the sinking direction, in a descent without vertical
-    /// velocity; from 0.
+    /// Change of the collective from trim, in the sinking direction, during a descent without a good vertical velocity;
+    /// 0 or more.
     pub descent_collective: T,
-    /// Time constant of learning trim in a steady hover, s.
+    /// Time constant, s, with which trim is learned in a steady hover.
     pub trim_s: T,
 }
 

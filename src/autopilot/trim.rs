@@ -1,4 +1,4 @@
-//! Trim: sticks and tilt that hold the vehicle in a hover, as flown.
+//! Trim: the sticks and the tilt that hold the vehicle in a hover.
 
 use super::check::{ConfigError, within};
 use crate::controls::Sticks;
@@ -13,7 +13,7 @@ use crate::scalar::Scalar;
     serde(bound(deserialize = "T: serde::Deserialize<'de> + Default"))
 )]
 pub struct Trim<T = f64> {
-    /// The controls.
+    /// Positions of the controls.
     pub sticks: Sticks<T>,
     /// Roll, rad.
     pub roll_rad: T,
@@ -41,7 +41,7 @@ impl<T: Scalar> Trim<T> {
         within("trim.pitch_rad", self.pitch_rad, -0.5, 0.5, "-0.5 to 0.5 rad")
     }
 
-    /// This trim moved by `share` of the way to `now`.
+    /// This trim moved towards `now` by the fraction `share` of their difference.
     pub(super) fn towards(self, now: &Self, share: T) -> Self {
         let blend = |old: T, new: T| old + share * (new - old);
         Self {
@@ -51,7 +51,7 @@ impl<T: Scalar> Trim<T> {
         }
     }
 
-    /// Whether a vehicle with this trim can hover: tilt within a quarter of a right angle.
+    /// Whether a vehicle with this trim can hover: roll and pitch are less than 0.4 rad.
     pub(super) fn is_plausible(&self) -> bool {
         self.roll_rad.abs() < T::of(0.4) && self.pitch_rad.abs() < T::of(0.4)
     }

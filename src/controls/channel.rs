@@ -19,11 +19,11 @@ pub enum Channel {
 }
 
 impl Channel {
-    /// All five, in the order of [`Channels::to_array`] and of the wire.
+    /// All five controls, in the order of [`Channels::to_array`] and of the serial packets.
     pub const ALL: [Self; 5] =
         [Self::Throttle, Self::Collective, Self::Longitudinal, Self::Lateral, Self::Pedal];
 
-    /// Its name in files: the field of [`Channels`].
+    /// Name of the control in files, which is also its field in [`Channels`].
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -42,8 +42,8 @@ impl fmt::Display for Channel {
     }
 }
 
-/// One `T` for each control. In TOML it is a table with a section for each control; missing sections take `T`'s
-/// default.
+/// One value of type `T` for each control. In TOML it is a table with a section for each control; a missing section has
+/// the default of `T`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -101,7 +101,7 @@ impl<T> Channels<T> {
 }
 
 impl<T> From<[T; 5]> for Channels<T> {
-    /// In the order of [`Channel::ALL`].
+    /// Builds the container from five values in the order of [`Channel::ALL`].
     fn from([throttle, collective, longitudinal, lateral, pedal]: [T; 5]) -> Self {
         Self { throttle, collective, longitudinal, lateral, pedal }
     }

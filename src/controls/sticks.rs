@@ -23,7 +23,7 @@ pub struct Sticks<T = f64> {
 }
 
 impl Sticks {
-    /// Their names in files and models, in the order of [`Sticks::to_array`].
+    /// Names of the controls in files and models, in the order of [`Sticks::to_array`].
     pub const NAMES: [&'static str; 4] = [
         Channel::Lateral.name(),
         Channel::Longitudinal.name(),
@@ -48,20 +48,20 @@ impl<T: Scalar> Sticks<T> {
         [self.lateral, self.longitudinal, self.collective, self.pedal]
     }
 
-    /// These positions in numbers of another type.
+    /// The same positions in another number type.
     #[must_use]
     #[inline(always)]
     pub fn cast<U: Scalar>(self) -> Sticks<U> {
         Sticks::from_array(self.to_array().map(|stick| U::of(stick.wide())))
     }
 
-    /// Whether every control is a number.
+    /// Whether every control is finite.
     #[must_use]
     pub fn is_finite(self) -> bool {
         self.to_array().iter().all(|stick| stick.is_finite())
     }
 
-    /// Combines each control of this and of `other` by `rule`.
+    /// Combines this and `other` with `rule`, control by control.
     #[must_use]
     pub(crate) fn zip(self, other: Self, rule: impl Fn(T, T) -> T) -> Self {
         Self {
@@ -72,13 +72,13 @@ impl<T: Scalar> Sticks<T> {
         }
     }
 
-    /// All controls times `factor`.
+    /// The positions of all controls multiplied by `factor`.
     #[must_use]
     pub(crate) fn scaled(self, factor: T) -> Self {
         Self::from_array(self.to_array().map(|stick| stick * factor))
     }
 
-    /// The largest difference of any control to `other`.
+    /// Largest difference between these sticks and `other`, on any control.
     #[must_use]
     pub(crate) fn farthest_from(self, other: Self) -> T {
         let apart = self.zip(other, |a, b| (a - b).abs()).to_array();

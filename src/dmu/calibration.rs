@@ -1,4 +1,4 @@
-//! From counts to physical units: the ranges and signs that packets do not contain.
+//! Conversion from counts to physical units, with the ranges and signs that packets do not contain.
 //!
 //! Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, pages 5, 14 and 24.
 
@@ -11,7 +11,8 @@ use crate::imu::{ImuSample, Motion};
 use crate::scalar::Readable;
 use crate::time::Time;
 
-/// Rated ranges per count of a rate or acceleration word, whose 16 bits span 1.5 times the rated range.
+/// Fraction of the rated range per count of a rate or acceleration word. The 16 bits of the word span ±1.5 times the
+/// rated range.
 const FULL_SCALE: f64 = 1.5 / 32_768.0;
 
 /// Magnetic field per count, gauss: full scale is 1.5 × 1.25 gauss.
@@ -19,12 +20,12 @@ const GAUSS_PER_COUNT: f64 = 1.25 * FULL_SCALE;
 
 const RADIANS_PER_COUNT: f64 = core::f64::consts::PI / 32_768.0;
 
-/// Sign convention of an accelerometer's word.
+/// Sign convention of an accelerometer's word in a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sign {
-    /// The word is specific force along the axis.
+    /// The word is positive for specific force along the axis.
     Positive,
-    /// The word is specific force against the axis.
+    /// The word is positive for specific force against the axis.
     Negative,
 }
 
@@ -45,7 +46,7 @@ impl fmt::Display for RangeError {
 
 impl core::error::Error for RangeError {}
 
-/// Ranges and signs of one unit, from its label; packets do not contain them.
+/// Ranges and signs of one inertial unit, from its label; packets do not contain them.
 ///
 /// ```
 /// use hovernav::dmu::{AnglePacket, Calibration, Packet};
@@ -62,12 +63,12 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Calibration of a unit of rated range ±`rate_range_degps` (deg/s; 100 or 200) and ±`acceleration_range_g`
-    /// (standard gravity; 2 or 4), from its label or calibration sheet.
+    /// Calibration of an inertial unit with the rated ranges ±`rate_range_degps` (deg/s; 100 or 200) and
+    /// ±`acceleration_range_g` (standard gravity; 2 or 4). Both are on its label or calibration sheet.
     ///
-    /// All accelerometers count negative: level and at rest the unit outputs +1 g down, where specific force is −1 g.
-    /// The manual does not define the sign of linear acceleration. Check it by pushing the unit along its axes, and
-    /// set axes that differ by [`Calibration::with_acceleration_signs`].
+    /// The default is [`Sign::Negative`] for all accelerometers: level and at rest the inertial unit outputs +1 g down,
+    /// where specific force is −1 g. The manual does not define the sign of linear acceleration. To check it, push the
+    /// inertial unit along its axes. Set axes with another sign by [`Calibration::with_acceleration_signs`].
     ///
     /// # Errors
     /// [`RangeError`] for a range that is not a positive finite number.
@@ -83,7 +84,7 @@ impl Calibration {
         })
     }
 
-    /// The same unit with the accelerometer signs `signs` of x, y and z.
+    /// The same calibration with the accelerometer signs `signs` of x, y and z.
     #[must_use]
     pub fn with_acceleration_signs(mut self, signs: [Sign; 3]) -> Self {
         for (scale, sign) in self.acceleration_mps2_per_count.iter_mut().zip(signs) {
@@ -95,7 +96,8 @@ impl Calibration {
         self
     }
 
-    /// The measurement of a packet of angle or scaled mode; `None` for voltage mode, whose volts have no fixed scale.
+    /// Converts a packet of angle or scaled mode to physical units. `None` for voltage mode, whose volts have no fixed
+    /// scale.
     ///
     /// # Source
     /// Equation (D1) of docs/equations.md.
@@ -124,8 +126,8 @@ impl Calibration {
         }
     }
 
-    /// The packet that a unit would send for `measurement`, with timer 0: the inverse of [`Calibration::measure`] to
-    /// within half a count. Values beyond full scale saturate. Values that are not a number and an unknown attitude
+    /// The packet that an inertial unit would send for `measurement`, with timer 0: the inverse of
+    /// [`Calibration::measure`] to within half a count. Values beyond full scale saturate. NaN and an unknown attitude
     /// become 0.
     ///
     /// ```
@@ -149,7 +151,7 @@ impl Calibration {
             .map_or([0.0; 3], |angles| [angles.roll_rad, angles.pitch_rad, angles.yaw_rad]);
         let temperature = (measurement.temperature_degc / 44.44 + 1.375) * 4096.0 / 5.0;
         AnglePacket {
-            // 180° equals −180°: angles wrap where other words saturate.
+            // 180° equals −180°: words of angles wrap, other words saturate.
             attitude: angles.map(|angle| libm::round(angle / RADIANS_PER_COUNT) as i32 as i16),
             angular_rate: words(measurement.angular_rate_radps, [self.rate_radps_per_count; 3]),
             acceleration: words(measurement.specific_force_mps2, self.acceleration_mps2_per_count),
@@ -173,8 +175,8 @@ impl Calibration {
     }
 }
 
-/// One packet in physical units and in the unit's axes: x away from the connector, y from left to right along its
-/// face, z down. In this mounting they are body axes.
+/// One packet in physical units and in the inertial unit's axes: x away from the connector, y from left to right along
+/// the connector's face, z down. If the inertial unit is mounted with x forward and z down, these are the body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
     /// Angular rate, rad/s.
@@ -183,7 +185,7 @@ pub struct Measurement {
     pub specific_force_mps2: Vector<Body>,
     /// Magnetic field, gauss.
     pub magnetic_field_gauss: Vector<Body>,
-    /// The unit's own attitude, in angle mode; yaw is relative to magnetic north.
+    /// The inertial unit's own attitude, in angle mode; yaw is relative to magnetic north.
     pub attitude: Option<EulerAngles>,
     /// Sensor temperature, °C.
     pub temperature_degc: f64,

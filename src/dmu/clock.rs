@@ -1,59 +1,61 @@
-//! From the unit's timer to sample times on the clock of the flight.
+//! Sample times on the clock of the flight, computed from the inertial unit's timer.
 //!
-//! Packets arrive with the jitter of a serial line, a scheduler and perhaps a USB adapter. Their timer is exact to
-//! 0.79 µs, but it wraps every 51.8 ms, has no zero, and its quartz has an unknown error. The clock here takes the
-//! intervals from the timer, and only their long-term mean from the arrivals.
+//! Packets arrive with the jitter of a serial line, a scheduler and perhaps a USB adapter. The timer in the packets is
+//! exact to 0.79 µs, but it wraps every 51.8 ms, has no zero, and its quartz has an unknown error. [`SampleClock`]
+//! takes the intervals from the timer, and only their long-term mean from the arrivals.
 
 use core::fmt;
 
 use crate::time::Time;
 
-/// Seconds per tick, from the manual: two digits.
+/// Nominal length of a timer tick, s; the manual gives it with two digits.
 /// Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
 const NOMINAL_TICK_S: f64 = 0.79e-6;
 
-/// Ticks in one wrap of the 16-bit timer.
+/// Number of ticks in one wrap of the 16-bit timer.
 const TURN_TICKS: f64 = 65_536.0;
 
-/// One-sigma of the nominal tick, relative: it is rounded to 0.79, an error of up to ±0.6 %.
+/// One-sigma of the relative error of the nominal tick. The manual rounds the tick to 0.79 µs, an error of up to ±0.6
+/// %.
 const TICK_SIGMA: f64 = 4e-3;
 
 /// Largest relative error of the nominal tick that is accepted.
 const TICK_ERROR_MAX: f64 = 1e-2;
 
-/// One-sigma of an arrival about its mean, s.
+/// One-sigma of the jitter of an arrival about its expected time, s.
 const JITTER_SIGMA_S: f64 = 2e-3;
 
-/// One-sigma of the first arrival, s.
+/// One-sigma of the jitter of the first arrival, s.
 const ANCHOR_SIGMA_S: f64 = 5e-3;
 
 /// Random walk of the tick's relative error, 1/√s: a quartz during warm-up.
 const TICK_WALK_PER_SQRT_S: f64 = 1e-6;
 
-/// Largest difference between actual and expected arrival, s, for the arrival to be used in the filter.
+/// Largest difference between actual and expected arrival, s, with which the clock's filter uses the arrival.
 const GATE_S: f64 = 5e-3;
 
-/// Consecutive packets of similar lateness after which the expected arrival counts as too early.
+/// Number of consecutive packets of similar lateness after which the expected arrival counts as too early.
 const LATE_IN_A_ROW: u32 = 16;
 
-/// Largest difference between similar latenesses, s. It is a quarter of the timer's wrap, and less than the 14 ms
-/// between packets. The lateness of queued packets falls by this 14 ms from packet to packet.
+/// Largest difference, s, between two latenesses that count as similar: a quarter of the timer's wrap. It is less than
+/// the 14 ms between packets, because the lateness of queued packets falls by 14 ms from packet to packet.
 const ALIKE_S: f64 = 13e-3;
 
-/// Longest gap across which timer wraps are counted, s. Over 2 s the tick's error of 0.6 % is a quarter of a wrap.
+/// Longest gap across which timer wraps are counted, s. Over 2 s, a tick error of 0.6 % causes an error of a quarter of
+/// a wrap.
 const LONGEST_GAP_S: f64 = 2.0;
 
 /// Source of the interval to the previous sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Basis {
-    /// The timer, exact to its tick.
+    /// The timer, exact to one tick.
     Timer,
     /// The timer; the number of its wraps during a gap comes from the arrival times.
     TimerAcrossGap {
-        /// Whole wraps inserted, of 51.8 ms each.
+        /// Number of whole timer wraps added to the interval, of 51.8 ms each.
         turns: u32,
     },
-    /// The arrival alone: first packet, long gap, or a correction of several milliseconds.
+    /// The arrival alone: after the start, after a long gap, or after a correction of several milliseconds.
     Arrival,
 }
 
@@ -62,8 +64,8 @@ pub enum Basis {
 pub struct Stamp {
     /// Time of the sample on the clock of the arrivals; later than the time of any earlier stamp.
     pub time: Time,
-    /// Lateness of the packet against its expected arrival, s; negative if early. The expectation follows the mean,
-    /// so this is the jitter of line and scheduler.
+    /// Lateness of the packet relative to its expected arrival, s; negative if early. The expected arrival follows the
+    /// mean, so the lateness is the jitter of line and scheduler.
     pub late_s: f64,
     /// Source of the interval to the previous stamp.
     pub basis: Basis,
@@ -72,14 +74,14 @@ pub struct Stamp {
 /// Reason why a packet has no sample time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockFault {
-    /// The timer has not changed since the previous packet: a repetition.
+    /// The timer has not changed since the previous packet: the packet is a repetition.
     TimerStopped {
         /// The timer's count.
         timer: u16,
     },
-    /// The packet arrived so early that the previous samples must have been stamped late: the sample's time would run
-    /// backwards. The clock is corrected, and samples are valid again once it has passed the last one. This is common
-    /// when packets queued before the start are read at once.
+    /// The packet arrived so early that the times of the previous samples must be too late. The time of this sample
+    /// would be before theirs. The clock is corrected. Samples are valid again once their times are after the last
+    /// stamp. This is common when packets that queued before the start are read at once.
     NotAfterPrevious {
         /// The time that the sample would have.
         time: Time,
@@ -103,10 +105,10 @@ impl core::error::Error for ClockFault {}
 
 /// Sample times from timer counts and arrivals.
 ///
-/// A two-state Kalman filter estimates the offset and the rate of the unit's timer against the arrivals. It ignores
-/// arrivals more than 5 ms from their expected time. Late arrivals are due to the scheduler; only 16 similarly late
-/// ones in a row mean that the clock lost wraps of the timer. Early arrivals are proof, because no packet arrives
-/// before it is sent: the clock then moves at once.
+/// A two-state Kalman filter estimates the offset and the rate of the inertial unit's timer against the arrivals. It
+/// ignores arrivals more than 5 ms from their expected time. Late arrivals are due to the scheduler; only 16 similarly
+/// late arrivals in a row mean that the clock lost wraps of the timer. An early arrival proves that the clock is wrong,
+/// because no packet arrives before it is sent. The clock is then corrected at once.
 ///
 /// ```
 /// use hovernav::dmu::{Basis, SampleClock};
@@ -125,31 +127,33 @@ pub struct SampleClock {
     line: Option<Line>,
 }
 
-/// Linear relation of the timer to the clock of the flight.
+/// Linear relation between the timer and the clock of the flight.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     /// Zero of `sample_s`.
     origin: Time,
-    /// The last packet's timer and number.
+    /// Timer of the last packet.
     timer: u16,
+    /// Number of the last packet.
     sequence: u64,
     /// Time of the last packet's sample, s since `origin`.
     sample_s: f64,
     /// Relative error of the nominal tick.
     tick_error: f64,
-    /// Variance of `sample_s`, s²; its covariance with `tick_error`, s; the variance of `tick_error`.
+    /// Variance of `sample_s`, s²; covariance of `sample_s` and `tick_error`, s; variance of `tick_error`.
     covariance: [f64; 3],
-    /// Number of consecutive packets of similar lateness, and the least lateness of them.
+    /// Number of consecutive packets of similar lateness.
     late_in_a_row: u32,
+    /// Smallest lateness of these packets, s.
     least_late_s: f64,
     /// The last stamp.
     stamped: Time,
 }
 
 impl SampleClock {
-    /// A clock for packets whose last byte arrives `latency_s` after they were sampled. This latency is the time on
-    /// the line, [`Mode::transfer_time_s`](super::Mode::transfer_time_s), plus the delay in the unit, up to one of
-    /// its own cycles. A latency that is not finite counts as 0.
+    /// A clock for packets whose last byte arrives `latency_s` after they were sampled. This latency is the time on the
+    /// line, [`Mode::transfer_time_s`](super::Mode::transfer_time_s), plus the delay in the inertial unit, up to one
+    /// internal cycle. A latency that is not finite counts as 0.
     #[must_use]
     pub const fn new(latency_s: f64) -> Self {
         Self { latency_s: if latency_s.is_finite() { latency_s } else { 0.0 }, line: None }
@@ -160,7 +164,7 @@ impl SampleClock {
     /// less than 51.8 ms apart. Skipped packets, lost or rejected, form a gap.
     ///
     /// # Errors
-    /// A timer that has not changed, or a time that is not after the previous one.
+    /// [`ClockFault`] for a timer that has not changed, or a sample time that is not after the previous one.
     pub fn stamp(&mut self, timer: u16, sequence: u64, arrival: Time) -> Result<Stamp, ClockFault> {
         let Some(line) = &mut self.line else {
             let time = arrival + -self.latency_s;
@@ -180,7 +184,7 @@ impl SampleClock {
         Ok(Stamp { time, late_s, basis })
     }
 
-    /// Length of a tick on the clock of the flight, s.
+    /// Length of a timer tick on the clock of the flight, s.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
         self.line.as_ref().map_or(NOMINAL_TICK_S, Line::tick_s)
@@ -274,7 +278,7 @@ impl Line {
         self.least_late_s = f64::INFINITY;
     }
 
-    /// Equation (D2) of docs/equations.md.
+    /// Propagates the filter over an interval: equation (D2) of docs/equations.md.
     fn predict(&mut self, interval_s: f64) {
         let [offset, cross, tick] = self.covariance;
         self.sample_s += interval_s;

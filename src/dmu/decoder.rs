@@ -1,13 +1,13 @@
-//! From a stream of bytes to packets: framing, lock and resynchronisation.
+//! Packets from a stream of bytes: framing, lock and resynchronisation.
 
 use super::packet::{HEADER, Mode, Packet, PacketError};
 use crate::buffer::move_to_front;
 
-/// Size of the buffer, bytes. Two packets must fit; more only reduces moves to the front.
+/// Size of the buffer, bytes. Two packets must fit; a larger buffer only reduces the moves of bytes to its front.
 const CAPACITY: usize = 512;
 
-/// Largest step of the temperature word between packets of one stream, counts; 1.7 °C. When the line loses or gains a
-/// byte before this word, another byte becomes its high half.
+/// Largest change of the temperature word between packets of one stream, counts; 1.7 °C. If the line loses or gains a
+/// byte before this word, another byte becomes its high half, which changes the word by more.
 const TEMPERATURE_STEP: u16 = 32;
 
 /// A packet found in the stream.
@@ -15,7 +15,7 @@ const TEMPERATURE_STEP: u16 = 32;
 pub struct Received {
     /// The packet.
     pub packet: Packet,
-    /// Number of bytes of the stream before its header.
+    /// Number of bytes in the stream before the packet's header.
     pub offset: u64,
     /// Number of the packet. Numbers are skipped where packets may be missing from the stream. Consecutive numbers
     /// mean that no packet is known to be missing between the two.
@@ -24,16 +24,16 @@ pub struct Received {
 
 /// Counts of all bytes that the decoder received, by outcome.
 ///
-/// Their sum is the length of the stream, minus the bytes of an incomplete packet.
+/// The sum of all bytes is the length of the stream, minus the bytes of an incomplete packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PacketCounts {
     /// Packets delivered.
     pub packets: u64,
     /// Bytes skipped because no packet begins with them.
     pub bytes_without_header: u64,
-    /// Header bytes skipped because their frame has a wrong checksum.
+    /// Header bytes skipped because the frame that begins with them has a wrong checksum.
     pub bytes_of_wrong_checksum: u64,
-    /// Header bytes skipped because no second frame confirmed the first.
+    /// Header bytes skipped because no second frame confirmed the frame that begins with them.
     pub bytes_unconfirmed: u64,
     /// Bytes discarded by [`Decoder::expect_packet`] or [`Decoder::restart`].
     pub bytes_abandoned: u64,
@@ -41,7 +41,7 @@ pub struct PacketCounts {
     pub packets_missing: u64,
     /// Number of times that an expected packet start was missing.
     pub locks_lost: u64,
-    /// Packets held back until a second one followed, because of a temperature jump.
+    /// Packets that were held back until a second packet followed, because of a temperature jump.
     pub packets_held_back: u64,
 }
 
@@ -65,20 +65,20 @@ enum Lock {
     Locked { temperature: Option<u16> },
 }
 
-/// Finds the packets of one mode in a stream of bytes, also in a damaged one.
+/// Finds the packets of one mode in a stream of bytes, which may be damaged.
 ///
 /// The header byte is not unique and the checksum is short, so one valid frame in a damaged stream is weak evidence.
 /// Without lock, a frame counts only if a second one follows it. With lock, header and checksum are enough, so that a
 /// packet is delivered with its last byte.
 ///
-/// A line that loses or gains one byte still passes the checksum once in 256 times. Such a frame nearly always shows
-/// in the temperature word: a packet whose temperature jumps is held back until a second one follows. After a failed
-/// check the search continues one byte later, never a whole frame.
+/// A line that loses or gains one byte still passes the checksum once in 256 times. In such a frame the temperature
+/// word nearly always jumps. A packet whose temperature jumps is therefore held back until a second packet follows.
+/// After a failed check the search continues one byte later, never a whole frame.
 ///
 /// Two errors pass undetected. A byte lost or gained after the temperature word leaves a packet of true measurements
 /// with a wrong timer, once in 256 times. [`SampleClock`](super::SampleClock) limits the effect. In a packet that
-/// begins with two header bytes, a gained header byte shifts the words before it by one byte. Neither sum nor length
-/// shows it.
+/// begins with two header bytes, a gained header byte shifts the words before it by one byte. Neither checksum nor
+/// length shows this error.
 ///
 /// Memory is fixed, the work per byte is bounded, and [`PacketCounts`] accounts for each byte.
 ///
@@ -101,7 +101,7 @@ pub struct Decoder {
     buffer: [u8; CAPACITY],
     start: usize,
     end: usize,
-    /// Number of bytes of the stream before `start`.
+    /// Number of bytes in the stream before `start`.
     offset: u64,
     /// Number of the next packet.
     sequence: u64,
@@ -111,7 +111,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// A decoder of packets of `mode`, for a stream that may begin anywhere.
+    /// A decoder for packets of `mode`. The stream may begin anywhere, also inside a packet.
     #[must_use]
     pub const fn new(mode: Mode) -> Self {
         Self {
@@ -139,8 +139,8 @@ impl Decoder {
     /// The next packet. Takes the required bytes from the front of `bytes`. `None` means that all bytes were taken
     /// and no packet is complete.
     pub fn next_packet(&mut self, bytes: &mut &[u8]) -> Option<Received> {
-        // Turns: at most two for each buffered or new byte. Each turn buffers, skips or delivers at least one byte, as
-        // the buffer is longer than two packets.
+        // Number of iterations: at most two for each buffered or new byte. Each iteration buffers, skips or delivers at
+        // least one byte, because the buffer is longer than two packets.
         loop {
             match self.advance() {
                 Advance::Found(packet) => return Some(self.deliver(packet)),

@@ -1,4 +1,5 @@
-//! The link to one unit on one line: start-up, polled or continuous operation, and restart after a loss.
+//! The link to one inertial unit on one serial line: start-up, polled or continuous operation, and restart after a
+//! loss.
 
 use core::fmt;
 
@@ -10,12 +11,12 @@ use crate::time::Time;
 /// Source of the packet rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Flow {
-    /// The unit sends as fast as it can, about 60 to 70 packets a second.
+    /// The inertial unit sends as fast as it can, about 60 to 70 packets a second.
     Continuous,
     /// The host requests one packet in every cycle.
     Polled {
-        /// Time between requests, s. It is limited to the range from 1/70 s, the unit's shortest cycle, to 0.05 s,
-        /// within which its timer is unambiguous.
+        /// Time between requests, s. It is limited to the range from 1/70 s, the inertial unit's shortest cycle, to
+        /// 0.05 s, within which its timer is unambiguous.
         cycle_s: f64,
     },
 }
@@ -23,11 +24,11 @@ pub enum Flow {
 /// Reason for a restart of the link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkFault {
-    /// The start-up of the unit failed.
+    /// The start-up of the inertial unit failed.
     Startup(StartupError),
-    /// No packet for half a second.
+    /// No packet has arrived for half a second.
     NoData,
-    /// Bytes of 0.2 s arrived without a packet among them.
+    /// Bytes arrived for 0.2 s without a valid packet among them.
     Garbled,
 }
 
@@ -46,41 +47,41 @@ impl core::error::Error for LinkFault {}
 /// Next action of the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkAction {
-    /// Write the command's byte, then call again.
+    /// Write the command's byte to the inertial unit, then call again.
     Write(Command),
     /// Read until bytes arrive or this time is reached, pass the bytes on, then call again.
     ReadUntil(Time),
-    /// Report this fault, then call again: the link has started over.
+    /// Report this fault, then call again: the link has restarted.
     Lost(LinkFault),
 }
 
 /// Longest time without a packet on a running link, s.
 const NO_DATA_S: f64 = 0.5;
 
-/// Number of lost bytes after which the link starts over: 0.2 s of a full line.
+/// Number of lost bytes after which the link restarts: 0.2 s of bytes without pause.
 const GARBLED_BYTES: u64 = 768;
 
-/// The shortest cycle, s: the unit's fastest is 70 packets a second.
+/// The shortest cycle, s: the inertial unit sends at most 70 packets a second.
 /// Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
 const SHORTEST_CYCLE_S: f64 = 1.0 / 70.0;
 
-/// The longest cycle, s: the unit's timer wraps every 51.8 ms.
+/// The longest cycle, s: the inertial unit's timer wraps every 51.8 ms.
 const LONGEST_CYCLE_S: f64 = 0.05;
 
 #[derive(Clone, Debug)]
 enum State {
     Starting(Startup),
     Running {
-        /// Arrival of the last packet, or start of operation.
+        /// Time of arrival of the last packet; before the first packet, time of the start of operation.
         last_packet: Time,
-        /// Number of bytes lost until the last packet or the start of operation.
+        /// Number of bytes lost until the last packet; before the first packet, until the start of operation.
         lost: u64,
         /// Time of the next request in polled operation.
         request: Option<Time>,
     },
 }
 
-/// The complete protocol with the unit, without any input or output of its own.
+/// The complete protocol with the inertial unit. It performs no input or output itself.
 ///
 /// Call [`Link::next_action`], carry the action out, and pass the bytes read to [`Link::next_packet`]:
 ///
@@ -117,7 +118,7 @@ pub struct Link {
 }
 
 impl Link {
-    /// A link to a unit in any state; its start-up begins `now`.
+    /// A link to an inertial unit in any state; its start-up begins `now`.
     #[must_use]
     pub const fn new(mode: Mode, flow: Flow, now: Time) -> Self {
         let cycle_s = match flow {
@@ -168,7 +169,7 @@ impl Link {
                 if now < *request {
                     return LinkAction::ReadUntil(deadline.min(*request));
                 }
-                // A late request delays the later ones only if a whole cycle is lost.
+                // A late request delays the later requests only if a whole cycle is lost.
                 *request = *request + cycle_s;
                 if *request <= now {
                     *request = now + cycle_s;
@@ -179,7 +180,7 @@ impl Link {
         }
     }
 
-    /// Whether the unit has been started, so that packets are expected.
+    /// Whether the start-up of the inertial unit has ended, so that packets are expected.
     #[must_use]
     pub const fn is_running(&self) -> bool {
         matches!(self.state, State::Running { .. })
@@ -191,7 +192,7 @@ impl Link {
         self.decoder.counts()
     }
 
-    /// Starts operation: the unit has just been silent, so the next byte begins a packet.
+    /// Starts operation: the inertial unit has just been silent, so the next byte begins a packet.
     fn run(&mut self, now: Time) -> LinkAction {
         self.decoder.restart();
         let lost = self.decoder.counts().bytes_lost();

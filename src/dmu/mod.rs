@@ -1,8 +1,8 @@
-//! The Crossbow DMU-HDX-AHRS on its serial line: packets, start-up, units and sample times.
+//! The Crossbow DMU-HDX-AHRS, an inertial unit with a serial line: packets, start-up, physical units and sample times.
 //!
-//! [`Link`] runs the protocol with the unit and delivers packets. [`Plausibility`] checks a packet's values,
-//! [`Calibration`] converts its counts to physical units, and [`SampleClock`] gives its sample a time. All of them
-//! work without input and output, so a driver only moves bytes:
+//! [`Link`] runs the protocol with the inertial unit and delivers packets. [`Plausibility`] checks a packet's values,
+//! [`Calibration`] converts its counts to physical units, and [`SampleClock`] computes the time of its sample. These
+//! types perform no input or output, so a driver only moves bytes:
 //!
 //! ```
 //! use hovernav::dmu::{Calibration, Link, Plausibility, SampleClock};

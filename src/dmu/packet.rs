@@ -1,8 +1,8 @@
 //! The packets of the Crossbow DMU-HDX-AHRS (AHRS400 family), byte for byte.
 //!
 //! Every packet is a header byte, big-endian 16-bit words and a checksum byte. A packet is checked once, when it is
-//! decoded. Its fields are then plain numbers in the unit's counts. [`Calibration`](super::Calibration) converts them
-//! to physical units.
+//! decoded. Its fields are then plain numbers in counts. [`Calibration`](super::Calibration) converts them to physical
+//! units.
 //!
 //! Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, pages 14 to 16 (checksum, signs, timer). The order of
 //! the words agrees with four independent drivers.
@@ -12,14 +12,14 @@ use core::fmt;
 /// The first byte of every packet. It also occurs inside packets.
 pub(super) const HEADER: u8 = 0xFF;
 
-/// Contents of the unit's packets.
+/// Contents of the inertial unit's packets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Mode {
     /// Raw sensor voltages, [`VoltagePacket`].
     Voltage,
     /// Calibrated rates, accelerations and magnetic field, [`ScaledPacket`].
     Scaled,
-    /// The contents of the scaled mode and the unit's own attitude, [`AnglePacket`].
+    /// The contents of the scaled mode, and the inertial unit's own attitude, [`AnglePacket`].
     Angle,
 }
 
@@ -44,7 +44,7 @@ impl Mode {
 /// Reason why bytes are not a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PacketError {
-    /// Too few bytes; those present are a valid beginning.
+    /// Too few bytes for a packet; the bytes present are a valid beginning.
     Length {
         /// Length of the packet, bytes.
         expected: usize,
@@ -93,7 +93,7 @@ macro_rules! packet {
             $($(#[$meaning])* pub $triad: [$word; 3],)*
             /// Sensor temperature, 12-bit converter counts.
             pub temperature: u16,
-            /// The unit's timer at the sample: counts down, 0.79 µs a count, 65 536 counts a wrap.
+            /// The inertial unit's timer at the sample: it counts down, 0.79 µs a count, 65 536 counts a wrap.
             pub timer: u16,
         }
 
@@ -104,7 +104,7 @@ macro_rules! packet {
             /// The packet at the start of `bytes`; later bytes are ignored.
             ///
             /// # Errors
-            /// The first missing property of a packet, beginning with the header.
+            /// [`PacketError`] with the first failed check; the header is checked first.
             pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
                 let ([$($triad),*], [temperature, timer]) = words(bytes)?;
                 Ok(Self {
@@ -114,7 +114,7 @@ macro_rules! packet {
                 })
             }
 
-            /// The bytes as the unit sends them.
+            /// The bytes of the packet, as the inertial unit sends them.
             #[must_use]
             pub fn encode(&self) -> [u8; Self::LENGTH] {
                 let triads = [$(self.$triad.map($word::to_be_bytes)),*];
@@ -127,8 +127,8 @@ macro_rules! packet {
 packet! {
     /// A packet of angle mode, 30 bytes: attitude, rates, accelerations, magnetic field.
     ///
-    /// Axes are the unit's: x away from the connector, y along the connector's face from left to right,
-    /// z down through the mounting plate. Level and still, the z acceleration is positive.
+    /// The axes are those of the inertial unit: x away from the connector, y along the connector's face from left to
+    /// right, z down through the mounting plate. Level and at rest, the z acceleration is positive.
     ///
     /// ```
     /// use hovernav::dmu::AnglePacket;
@@ -158,9 +158,9 @@ packet! {
 }
 
 packet! {
-    /// A packet of voltage mode, 24 bytes: the readings of the converters, 5 V/4096 a count.
+    /// A packet of voltage mode, 24 bytes: the readings of the analogue-to-digital converters, 5 V/4096 a count.
     ///
-    /// Each unit's own calibration sheet turns these volts into rates and accelerations.
+    /// The calibration sheet of each inertial unit gives the conversion from these volts to rates and accelerations.
     VoltagePacket, 24, u16,
     /// Gyros, converter counts.
     angular_rate,
@@ -182,11 +182,11 @@ pub enum Packet {
 }
 
 impl Packet {
-    /// The packet of a known mode at the start of `bytes`; later bytes are ignored. The bytes do not contain their
-    /// mode: it follows from the command that set it.
+    /// The packet of a known `mode` at the start of `bytes`; later bytes are ignored. The bytes do not contain the
+    /// mode: the caller knows it from the command that set it.
     ///
     /// # Errors
-    /// The first missing property of a packet, beginning with the header.
+    /// [`PacketError`] with the first failed check; the header is checked first.
     pub fn decode(mode: Mode, bytes: &[u8]) -> Result<Self, PacketError> {
         match mode {
             Mode::Voltage => VoltagePacket::decode(bytes).map(Self::Voltage),
@@ -205,7 +205,7 @@ impl Packet {
         }
     }
 
-    /// The unit's timer at the sample: counts down, 0.79 µs a count, 65 536 counts a wrap.
+    /// The inertial unit's timer at the sample: it counts down, 0.79 µs a count, 65 536 counts a wrap.
     #[must_use]
     pub const fn timer(&self) -> u16 {
         match self {

@@ -13,20 +13,20 @@ const VERTICAL: u16 = 0x4000;
 /// Counts of a rate or acceleration at the rated range: full scale is 1.5 times this range.
 const RATED_RANGE: u16 = 21_845;
 
-/// Consecutive packets with the same three words after which a sensor counts as stuck; half a second at 33 Hz. Noise
-/// changes at least one of three words earlier, even of a unit at rest.
+/// Number of consecutive packets with the same three words after which a sensor counts as stuck; half a second at 33
+/// Hz. Noise changes at least one of the three words earlier, even at rest.
 const STUCK_AFTER: u32 = 16;
 
-/// Step of an angular-rate word from one packet to the next that no helicopter reaches: half of the rated range, or
-/// 3 300 °/s² at 33 packets a second with a range of 200 °/s. Accelerations step further in vibration; only their words
-/// beyond the rated range are checked.
+/// Change of a word from one packet to the next, counts, that counts as a jump. For angular rates it is more than any
+/// helicopter reaches: half of the rated range, or 3 300 °/s² at 33 packets a second with a range of 200 °/s.
+/// Accelerations change more in vibration, so only acceleration words beyond the rated range are checked.
 const JUMP: u16 = RATED_RANGE / 2;
 
-/// Packets after a rejected jump in which a further jump is accepted, so that real motion costs at most one packet in
-/// this number; a second at 33 Hz.
+/// Number of packets after a rejected jump in which a further jump is accepted; one second at 33 Hz. Real motion
+/// therefore loses at most one packet in this number.
 const JUMPS_APART: u32 = 33;
 
-/// A triad of the unit.
+/// A triad of sensors in the inertial unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Sensor {
     /// Angular rate.
@@ -69,14 +69,14 @@ pub enum PlausibilityFault {
         /// The word, 180°/32768 a count.
         counts: i16,
     },
-    /// The word is at the end of its scale: the true value may be anything beyond.
+    /// The word is at the end of its scale: the true value may be any value beyond it.
     Saturated {
         /// The triad.
         sensor: Sensor,
         /// 0, 1 or 2: x, y or z.
         axis: usize,
     },
-    /// Beyond the rated range, where the unit's accuracy is not specified.
+    /// The word is beyond the rated range, where the accuracy is not specified.
     BeyondRating {
         /// The triad.
         sensor: Sensor,
@@ -85,8 +85,8 @@ pub enum PlausibilityFault {
         /// The word; the rated range is 21 845 counts.
         counts: i16,
     },
-    /// A single word is far from that of the previous packet: damage that passed the checksum. If the next packet jumps
-    /// too, it is accepted.
+    /// A word differs from that of the previous packet by more than any motion: damage that passed the checksum. If the
+    /// next packet has a jump too, it is accepted.
     Jump {
         /// The triad.
         sensor: Sensor,
@@ -105,7 +105,7 @@ pub enum PlausibilityFault {
 }
 
 impl PlausibilityFault {
-    /// Whether the fault is impossible for the unit, so that no value of the packet may be used.
+    /// Whether the inertial unit cannot have sent such a value, so that no value of the packet may be used.
     #[must_use]
     pub const fn invalidates_packet(&self) -> bool {
         matches!(
@@ -168,17 +168,17 @@ pub struct Plausibility {
     jumps: Jumps,
 }
 
-/// The search for single jumps.
+/// State of the check for single jumps.
 #[derive(Clone, Copy, Debug, Default)]
 struct Jumps {
     /// Rates and accelerations of the last packet that was not rejected.
     accepted: Option<[[i16; 3]; 2]>,
-    /// Number of packets in which a jump is accepted.
+    /// Number of further packets in which a jump is accepted.
     wait: u32,
 }
 
 impl Jumps {
-    /// The jump of a packet with these rates and accelerations that is to be rejected.
+    /// The fault of a packet with these rates and accelerations whose jump is rejected; `None` for an accepted packet.
     fn check(&mut self, words: [[i16; 3]; 2]) -> Option<PlausibilityFault> {
         let before = self.accepted.filter(|_| self.wait == 0);
         self.wait = self.wait.saturating_sub(1);
@@ -208,7 +208,7 @@ struct Repetition {
 }
 
 impl Plausibility {
-    /// All faults of the next packet of the stream; empty for a good one.
+    /// All faults of the next packet of the stream; empty for a good packet.
     pub fn check(&mut self, packet: &Packet) -> impl Iterator<Item = PlausibilityFault> + use<> {
         let triads = triads(packet);
         for (repetition, (_, words)) in self.triads.iter_mut().zip(triads) {
@@ -286,7 +286,8 @@ fn voltage_word(sensor: Sensor, axis: usize, counts: u16) -> Option<Plausibility
     }
 }
 
-/// The magnetometers span three times the Earth's field; no rating lies below their full scale.
+/// The fault of a signed word, if any. Magnetometers span three times the Earth's field and have no rated range below
+/// full scale, so they are checked for saturation only.
 fn signed_word(sensor: Sensor, axis: usize, counts: i16) -> Option<PlausibilityFault> {
     if counts == i16::MIN || counts == i16::MAX {
         Some(PlausibilityFault::Saturated { sensor, axis })

@@ -1,11 +1,11 @@
-//! Brings the unit into a known mode from any state.
+//! Sets the inertial unit to a known mode, from any state.
 
 use core::fmt;
 
 use super::packet::Mode;
 use crate::time::Time;
 
-/// A command to the unit: one ASCII byte.
+/// A command to the inertial unit: one ASCII byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Command {
     /// Test for a reply. Early firmware also returns to voltage mode.
@@ -16,7 +16,7 @@ pub enum Command {
     Polled,
     /// Send packets without requests.
     Continuous,
-    /// Send one packet; during continuous mode, stop.
+    /// Send one packet; in continuous mode, stop sending.
     Request,
 }
 
@@ -35,7 +35,7 @@ impl Command {
         }
     }
 
-    /// The reply byte of the unit, for commands that have one.
+    /// The byte with which the inertial unit replies; `None` for commands without a reply.
     #[must_use]
     pub const fn reply(self) -> Option<u8> {
         match self {
@@ -48,17 +48,17 @@ impl Command {
     }
 }
 
-/// Fault of the last attempt to start the unit.
+/// Fault of the last attempt to start the inertial unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartupError {
-    /// Bytes kept coming after the unit was commanded to stop.
+    /// Bytes continued to arrive after the inertial unit was commanded to stop.
     NeverQuiet,
-    /// No reply in time.
+    /// No reply arrived before the timeout.
     NoReply {
         /// The command.
         command: Command,
     },
-    /// A byte other than the reply, or more bytes than one.
+    /// The bytes received are not the single byte of the reply.
     WrongReply {
         /// The command.
         command: Command,
@@ -87,10 +87,10 @@ impl fmt::Display for StartupError {
 
 impl core::error::Error for StartupError {}
 
-/// Least silence that proves that the unit does not stream, s; a streaming unit never pauses that long.
+/// Shortest silence that proves that the inertial unit does not stream, s. While streaming, its pauses are shorter.
 const QUIET_S: f64 = 0.05;
 
-/// Timeout of this silence, s; then a request is sent, which stops the stream.
+/// Timeout of the wait for this silence, s; after it a request is sent, which stops the stream.
 const DRAIN_S: f64 = 0.3;
 
 /// Timeout of a reply, s.
@@ -102,11 +102,11 @@ const ATTEMPTS: u32 = 3;
 /// Next action of the caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StartupAction {
-    /// Write the command's byte, then call again.
+    /// Write the command's byte to the inertial unit, then call again.
     Write(Command),
     /// Read until bytes arrive or this time is reached, pass the bytes on, then call again.
     ReadUntil(Time),
-    /// The unit is silent and in polled mode, and its packets will have the requested mode.
+    /// The inertial unit is silent, in polled mode, and its packets will have the requested mode.
     Ready,
     /// All attempts failed; the fault is from the last attempt.
     Failed(StartupError),
@@ -132,14 +132,14 @@ enum Step {
     Failed(StartupError),
 }
 
-/// The start-up sequence: stop the stream, find the unit, set the mode.
+/// The start-up sequence: stop the stream, find the inertial unit, set the mode.
 ///
-/// The sequence does no input or output itself. Call [`Startup::next_action`], carry the action out, and pass the
+/// The sequence performs no input or output itself. Call [`Startup::next_action`], carry the action out, and pass the
 /// bytes read to [`Startup::receive`].
 ///
-/// The unit may be streaming in any mode at the start. A reply is one byte that also occurs in packets. A reply is
-/// therefore expected only after 50 ms of silence, and accepted only as a single byte. An attempt takes at most 1.7
-/// s; there are three.
+/// The inertial unit may be streaming in any mode at the start. A reply is one byte that also occurs in packets. A
+/// reply is therefore expected only after 50 ms of silence, and accepted only as a single byte. An attempt takes at
+/// most 1.7 s; there are three.
 #[derive(Clone, Debug)]
 pub struct Startup {
     mode: Mode,
@@ -150,7 +150,7 @@ pub struct Startup {
 }
 
 impl Startup {
-    /// A start-up sequence into packets of `mode`, beginning `now`.
+    /// Creates a start-up sequence that begins `now` and sets packets of `mode`.
     #[must_use]
     pub const fn new(mode: Mode, now: Time) -> Self {
         Self {
@@ -161,7 +161,7 @@ impl Startup {
         }
     }
 
-    /// Takes bytes that were read; the last of them arrived `now`.
+    /// Processes bytes that were read; the last byte arrived `now`.
     pub fn receive(&mut self, read: &[u8], now: Time) {
         if read.is_empty() {
             return;

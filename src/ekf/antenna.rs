@@ -11,35 +11,36 @@ use crate::frames::{Body, Vector};
 /// Estimated offset of the antenna from its declared lever arm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AntennaOffset {
-    /// Offset forward and to the right, in levelled axes, m.
+    /// Estimated offset forward and to the right, in levelled axes, m.
     found_m: [f32; 2],
-    /// Variance of each, in squares of [`SIGMA_M`].
+    /// Variance of each component of the offset, in multiples of the square of [`SIGMA_M`].
     variance: f32,
-    /// Log likelihood ratios of the recent fixes, with the offset against without it: in left turns, in right turns.
+    /// Log likelihood ratio of the recent fixes, with the offset against without it: in left turns, then in right
+    /// turns.
     evidence: [f32; 2],
     used: bool,
     /// Variance at the last report, infinite before the first.
     reported_variance: f32,
 }
 
-/// One-sigma of the error of a wrong lever arm, m.
+/// One-sigma of the antenna's offset before the first turn, m.
 const SIGMA_M: f32 = 1.0;
-/// Smallest offset worth estimating, m.
+/// Smallest offset to be estimated, m. A turn counts only if this offset causes more velocity than a time error of
+/// [`LATE_S`].
 const LOOKED_FOR_M: f32 = 0.3;
-/// Slowest turn that is used, rad/s.
+/// Minimum rate of a turn that is used, rad/s.
 const SLOWEST_RADPS: f32 = 0.1;
-/// Uncertainty of a fix's time, s. Its product with the acceleration must be less than the velocity that the offset
-/// causes in the turn.
+/// Uncertainty of a fix's time, s. Its product with the acceleration is a velocity error.
 const LATE_S: f32 = 0.05;
-/// Evidence of left turns and of right turns, each, above which the offset is used permanently; and the upper limit of
-/// each.
+/// Evidence that left turns and right turns must each exceed before the offset is used. It then stays in use.
 const ENOUGH: f32 = 4.0;
+/// Upper limit of the evidence from each direction of turn.
 const MOST: f32 = 10.0;
-/// Smallest offset, m, that is used: the error of a smaller one would be as large as the offset.
+/// Minimum offset, m, for the offset to be used: the error of a smaller offset would be as large as the offset.
 const LEAST_M: f32 = 0.25;
-/// Largest innovation, in one-sigmas, that an antenna offset explains; a larger one is ignored.
+/// Largest residual with the offset, in one-sigmas. A fix beyond it is an outlier and is ignored.
 const OUTLIER: f32 = 5.0;
-/// Share of the offset's variance at the last report, below which the offset is reported again.
+/// Ratio of the offset's variance to its variance at the last report, below which the offset is reported again.
 const FALLEN: f32 = 0.25;
 
 impl AntennaOffset {
@@ -63,7 +64,8 @@ impl AntennaOffset {
         Vector::new(x, y, 0.0)
     }
 
-    /// Offset, m, and its one-sigma, m: once when it is first used, and again when it has become much more accurate.
+    /// Offset and its one-sigma, m, for a report. `Some` at the first use of the offset, and again each time its
+    /// variance has fallen to a quarter.
     pub fn next_report(&mut self) -> Option<(Vector<Body, f32>, f32)> {
         if !(self.used && self.variance < FALLEN * self.reported_variance) {
             return None;

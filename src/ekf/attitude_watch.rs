@@ -10,9 +10,11 @@ use crate::scalar::Scalar;
 /// difference is a drift of either gyros or reference; it does not count.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct AttitudeWatch {
-    /// Last difference, its mean, and the mean deviation from that mean, rad.
+    /// Last difference between reference and filter, rad.
     last: [f32; 3],
+    /// Slow mean of the difference, rad.
     mean: [f32; 3],
+    /// Slow mean of the deviation from that mean, rad: the effect of a drift.
     drift: [f32; 3],
     /// Mean square of the difference less its mean and drift, in tilt and in heading, rad².
     square: [f32; 2],
@@ -30,7 +32,8 @@ impl AttitudeWatch {
         self.is_begun = false;
     }
 
-    /// Adds a difference: north, east, down, `elapsed_s` after the previous one.
+    /// Adds a difference between reference and filter about north, east and down, rad, `elapsed_s` after the previous
+    /// one.
     ///
     /// # Source
     /// Equation (M8) of docs/equations.md.
@@ -71,7 +74,7 @@ impl AttitudeWatch {
         self.square.iter().any(|square| *square > MOST_RAD * MOST_RAD)
     }
 
-    /// Variances of a reading in tilt and heading, rad², in addition to its noise of `noise_rad`, at one reading per
+    /// Additional variances of a reading in tilt and heading, rad², beyond its noise of `noise_rad`, for readings every
     /// `elapsed_s`.
     pub fn excess<T: Scalar>(&self, noise_rad: f64, elapsed_s: f32) -> [T; 2] {
         let usual = USUAL * (noise_rad * noise_rad) as f32;
@@ -80,14 +83,15 @@ impl AttitudeWatch {
     }
 }
 
-/// Largest change from one reading to the next, rad, that is not a jump.
+/// Largest change of the difference from one reading to the next, rad, that is not a jump.
 const JUMP_RAD: f32 = 0.3;
-/// Time constant, s, above which changes belong to the slow error of the reference.
+/// Time constant of the mean difference and of its drift, s. Slower changes belong to the slow error of the reference.
 const MEMORY_S: f32 = 3.0;
-/// Time constants, s, with which swings are detected and forgotten.
+/// Time constant, s, with which a growing swing is detected.
 const RISE_S: f32 = 1.0;
+/// Time constant, s, with which a past swing is forgotten.
 const FALL_S: f32 = 5.0;
-/// Largest swing, in multiples of the reference's variance, that counts as its noise.
+/// Largest mean square swing, in multiples of the reference's noise variance, that counts as noise.
 const USUAL: f32 = 1.5;
 /// Correlation time of a swing's error, s.
 const ALIKE_S: f32 = 1.0;
@@ -101,12 +105,12 @@ mod tests {
     const STEP_S: f32 = 0.1;
     const NOISE_RAD: f64 = 0.009;
 
-    /// Heading of a vehicle that turns to and fro by 10° in 4 s.
+    /// Heading of a vehicle that turns to and fro by 10° in 4 s, rad.
     fn heading_rad(time_s: f32) -> f32 {
         0.17 * (core::f32::consts::FRAC_PI_2 * time_s).sin()
     }
 
-    /// State after one minute of a reference that reports the heading `reference_rad` of time.
+    /// Monitor after one minute of a reference whose heading is `reference_rad(time_s)`.
     fn watched(reference_rad: impl Fn(f32) -> f32) -> AttitudeWatch {
         let mut watch = AttitudeWatch::NONE;
         for step in 0..600_u16 {

@@ -11,21 +11,21 @@ pub(super) struct Barometer {
     reading_m: f32,
     /// Residual of the last reading after its update, m.
     left_m: f32,
-    /// Variance of the readings' noise, m²; zero before the first.
+    /// Variance of the readings' noise, m²; zero before the first reading.
     variance: f32,
 }
 
-/// Memory of the scatter, s: a hundred readings of most barometers.
+/// Averaging time of the scatter, s: a hundred readings of most barometers.
 const SCATTER_S: f64 = 10.0;
-/// Limit of a reading's contribution, in one-sigmas: outliers are not noise.
+/// Largest contribution of a reading to the noise, in one-sigmas: outliers are not noise.
 const MOST_SIGMAS: f64 = 3.0;
-/// Largest share of the variance that one reading may change.
+/// Largest weight of one reading in the variance.
 const MOST_SHARE: f64 = 0.05;
 /// Longest time, s, for which a logger repeats a reading; longer repetitions come from a coarse resolution.
 const HELD_S: f64 = 1.2;
-/// Initial noise in multiples of the stated one.
+/// Initial one-sigma of the noise, in multiples of the stated one-sigma.
 const UNKNOWN: f64 = 2.0;
-/// Largest noise in multiples of the stated one.
+/// Largest one-sigma of the noise, in multiples of the stated one-sigma.
 const MOST: f64 = 10.0;
 
 impl Barometer {
@@ -33,7 +33,8 @@ impl Barometer {
     pub const BEFORE_FIRST_READING: Self =
         Self { level_m: 0.0, reading_m: f32::NAN, left_m: 0.0, variance: 0.0 };
 
-    /// Barometer whose first reading was `level_m` above the filter's height, with a stated one-sigma of `noise_m`.
+    /// Barometer whose first reading was `level_m` above the filter's height. The stated one-sigma of its noise is
+    /// `noise_m`.
     pub fn at(level_m: f64, noise_m: f64) -> Self {
         let variance = (square(UNKNOWN * noise_m) as f32).max(f32::MIN_POSITIVE);
         Self { level_m: level_m as f32, variance, ..Self::BEFORE_FIRST_READING }
@@ -56,12 +57,12 @@ impl Barometer {
         before_m == self.reading_m && elapsed_s < HELD_S
     }
 
-    /// Feeds the innovation `innovation_m` of a reading, `interval_s` after the last. `explained`, m², is the variance
-    /// since then from airspeed pressure and from motion unknown to the filter. Returns the variance of the barometer's
-    /// white error, m²: the observed scatter, at least the square of `noise_m`.
+    /// Feeds the innovation `innovation_m` of a reading, `interval_s` after the previous one. `explained`, m², is the
+    /// variance from airspeed pressure and from motion unknown to the filter during that interval. Returns the variance
+    /// of the barometer's white error, m²: the observed scatter, at least the square of `noise_m`.
     ///
-    /// Errors of the filter persist from one reading to the next. The part of one residual that is absent in the next
-    /// is the barometer's own.
+    /// The filter's errors persist from one reading to the next. The part of a residual that is absent in the next
+    /// residual is the barometer's white error.
     ///
     /// # Source
     /// Equation (M18) of docs/equations.md.
@@ -86,7 +87,7 @@ impl Barometer {
         f64::from(self.variance).max(least).min(square(MOST) * least)
     }
 
-    /// Stores the residual of a reading after its update, m.
+    /// Stores the residual of a reading after its update, m, for comparison with the next reading.
     pub fn compared(&mut self, left_m: f64) {
         self.left_m = left_m as f32;
     }
@@ -96,8 +97,9 @@ impl Barometer {
 mod tests {
     use super::*;
 
-    /// Learned one-sigma after a minute at 10 Hz. The readings are off by ±`scatter_m`, equal to their predecessor as
-    /// often as not. The filter's height drifts at `drift_mps`, and every hundredth reading has an outlier of 50 m.
+    /// Learned one-sigma after a minute at 10 Hz. The reading error is ±`scatter_m`; half of the readings keep the sign
+    /// of the previous one. The filter's height drifts at `drift_mps`, and every hundredth reading has an outlier of 50
+    /// m.
     fn learned_m(scatter_m: f64, drift_mps: f64) -> f64 {
         let mut barometer = Barometer::at(7.0, 0.5);
         let mut noise_m = f64::NAN;

@@ -94,7 +94,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.forget_heading_error(wander_rad);
     }
 
-    /// Sets the slow error of the heading source to zero, with a one-sigma of `sigma_rad`.
+    /// Sets the estimate of the heading source's slow error to zero, with a one-sigma of `sigma_rad`.
     pub(super) fn forget_heading_error(&mut self, sigma_rad: f64) {
         if let Some(first) = L::ATTITUDE_REFERENCE {
             self.covariance.set_variance(first + 2, square(sigma_rad));
@@ -104,7 +104,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Whether the filter shall be set to a measured attitude or heading. True for the first measurement within
+    /// Whether to reset the filter to a measured attitude or heading. True for the first measurement within
     /// [`ATTITUDE_RESET_S`] after a gap, if its source is not suspect.
     pub(super) fn shall_reset_attitude(&mut self, time: Time) -> bool {
         let lost = self.attitude_lost.take();
@@ -112,9 +112,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             && lost.is_some_and(|lost| time - lost < ATTITUDE_RESET_S)
     }
 
-    /// Turns the attitude to the measured one and opens the measured axes, from `first` on. The update that follows
-    /// then leaves the measurement's own uncertainty. After a turn of unknown size, a plain Kalman update would
-    /// linearise about the wrong attitude.
+    /// Turns the attitude to the measured one and raises the variances of the measured axes, from state `first` on. The
+    /// update that follows then reduces them to the measurement's own uncertainty. After a turn of unknown size, a
+    /// plain Kalman update would linearise about the wrong attitude.
     ///
     /// # Source
     /// Equation (K20) of docs/equations.md.
@@ -133,17 +133,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace.turned(turn_rad.cast());
     }
 
-    /// Raises the variance of the biases that may have stepped. A step detected from accepted innovations is small: the
-    /// tilt variance grows too. A step detected from rejected innovations is large: the error is traced back to the
-    /// start of the step. Attitude and velocity then receive the error accumulated since, with its correlation to the
-    /// biases.
+    /// Raises the variance of the biases that may have changed in a step, as `stepped` states. A step found from
+    /// accepted innovations is small: the tilt variance grows too. A step found from rejected innovations is large: the
+    /// error is traced back to the start of the step. Attitude and velocity then receive the error accumulated since
+    /// that start, with its correlation to the biases.
     ///
     /// # Source
     /// Equation (K19) of docs/equations.md.
     #[inline(never)]
     pub(super) fn open_biases(&mut self, stepped: Stepped, trace: &mut impl Trace<T, N>) {
         let imu = &self.config.imu;
-        // A horizontal step within the gate can be of gyro or accelerometer: each is opened by its usual one-sigma.
+        // A horizontal step within the gate may come from a gyro or an accelerometer. Each bias variance grows by the
+        // square of its usual one-sigma.
         let (gyro, accel) = match stepped {
             Stepped { far: true, .. } => (STEPPED_FAR_GYRO, STEPPED_ACCEL),
             Stepped { level: true, .. } => (1.0, 1.0),
@@ -170,7 +171,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let weight_mps2 = -Local::<T>::about(&self.state.position).gravity_mps2;
         let mut step = Transition::of_relaxation(relaxation);
         step.attitude_noise = [tilt, T::ZERO, T::ZERO, tilt, T::ZERO, T::ZERO];
-        // Factors of the tilt's effect on velocity and of the biases' effect on both, and whether this step opens them.
+        // For each propagation: factor of the tilt's effect on velocity, and factor of the biases' effect on attitude
+        // and velocity. The last entry states whether the variances of the biases grow.
         let back_and_forth =
             [(-1.0, 0.0, false), (0.0, -1.0, true), (0.0, 1.0, false), (1.0, 0.0, false)];
         let here = [(0.0, 0.0, true)];
@@ -239,8 +241,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Scalar::hypot(usual_rad, f64::from(extra_rad))
     }
 
-    /// Correlation time of the slow heading error. Equals `usual_s` if the field is not suspect: a disturbed field may
-    /// stay disturbed.
+    /// Correlation time of the slow heading error, s. It is `usual_s` while the field is usual, and longer while the
+    /// field is disturbed: a disturbed field may stay disturbed.
     pub(super) fn wander_time_s(&self, usual_s: f64) -> f64 {
         if self.field_watch.heading_sigma_rad == 0.0 { usual_s } else { usual_s.max(DISTURBED_S) }
     }
@@ -264,31 +266,33 @@ pub(super) fn is_accepted(disagreed_at: &mut Option<Time>, time: Time, off_rad: 
     disagreed_at.is_none()
 }
 
-/// One-sigmas of roll and pitch, rad, and of velocity, m/s, after the heading was turned.
+/// One-sigma of roll and pitch after the heading was turned, rad.
 const TURNED_TILT_RAD: f64 = 0.07;
+/// One-sigma of velocity after the heading was turned, m/s.
 const TURNED_VELOCITY_MPS: f64 = 2.0;
-/// Largest innovation, rad, of a rejected heading source that agrees again, and the time, s, of agreement before it is
-/// used.
+/// Largest innovation, rad, at which a rejected heading source agrees again.
 const DISAGREED_RAD: f64 = 0.3;
+/// Time of agreement, s, before a rejected heading source is used again.
 const AGREED_S: f64 = 20.0;
-/// Longest time after a gap, s, within which a measured attitude replaces the filter's own. Later, it is weighed
-/// against the attitude from the fixes.
+/// Longest time after a gap, s, within which a measured attitude replaces the filter's own attitude. A later
+/// measurement is fused in an ordinary update.
 const ATTITUDE_RESET_S: f64 = 5.0;
-/// One-sigmas of biases that may have stepped, in units of the usual ones: of the accelerometers after a vertical or
-/// large step, of the gyros after a large step.
+/// One-sigma added to an accelerometer bias after a vertical or large step, in multiples of the usual one-sigma.
 const STEPPED_ACCEL: f64 = 3.0;
+/// One-sigma added to a gyro bias after a large step, in multiples of the usual one-sigma.
 const STEPPED_FAR_GYRO: f64 = 6.0;
 /// One-sigma of the tilt error caused by a small step, rad.
 const STEPPED_TILT_RAD: f64 = 0.02;
 /// Typical time, s, from a bias step to its detection.
 const STEPPED_S: f64 = 3.0;
-/// Time constant with which the suspicion against a heading reference decays, s.
+/// Time constant, s, with which the additional one-sigma of a suspect heading reference decays.
 const SUSPECT_TIME_S: f64 = 200.0;
-/// Least suspicion, rad; a smaller one is set to zero, because its decay would end in denormal numbers.
+/// Smallest additional one-sigma, rad. A smaller one is set to zero, because its decay would end in denormal numbers.
 const FORGOTTEN_RAD: f32 = 1e-6;
 /// Correlation time of a disturbed field, s.
 const DISTURBED_S: f64 = 1000.0;
 
-/// One-sigmas of velocity, m/s, and position, m, after a reset.
+/// One-sigma of velocity after a reset, m/s.
 const RESET_VELOCITY_MPS: f64 = 50.0;
+/// One-sigma of position after a reset, m.
 const RESET_POSITION_M: f64 = 1e4;

@@ -1,4 +1,4 @@
-//! Errors of sensors in the units of datasheets, converted by name.
+//! Sensor errors in the units of datasheets. Each method's name states its unit.
 //!
 //! 1/√Hz is √s, and √h is 60 √s: a noise density of 1 °/s/√Hz is a random walk of 60 °/√h.
 
@@ -7,7 +7,7 @@ use crate::earth::STANDARD_GRAVITY_MPS2;
 
 /// Square root of an hour, √s.
 const SQRT_HOUR: f64 = 60.0;
-/// An hour, s.
+/// Seconds in an hour.
 const HOUR_S: f64 = 3600.0;
 /// Radius of the circle that contains half of the positions, in one-sigmas of an axis: √(2 ln 2).
 const CIRCULAR_PROBABLE: f64 = 1.177_410_022_515_474_7;
@@ -32,8 +32,9 @@ const CIRCULAR_PROBABLE: f64 = 1.177_410_022_515_474_7;
 /// assert!((same.angle_random_walk_rad / bmi088.angle_random_walk_rad - 1.0).abs() < 1e-12);
 /// ```
 ///
-/// Every value must be 0 or above, as [`out_of_range`](Self::out_of_range) checks. The one-sigma of a bias is that of
-/// the bias in flight, mostly by temperature. The bias instability of a datasheet is far smaller, and is not used.
+/// Every value must be 0 or above, as [`out_of_range`](Self::out_of_range) checks. The one-sigma of a bias describes
+/// the bias in flight, which is mostly due to temperature. The bias instability of a datasheet is far smaller, and is
+/// not used.
 impl ImuModel {
     /// Sets the angle random walk, °/√h.
     #[must_use]
@@ -83,14 +84,14 @@ impl ImuModel {
         self
     }
 
-    /// Sets the full scale of the gyros, °/s, as configured in the unit.
+    /// Sets the full scale of the gyros, °/s, as configured in the inertial unit.
     #[must_use]
     pub const fn with_gyro_range_degps(mut self, range: f64) -> Self {
         self.gyro_range_radps = range.to_radians();
         self
     }
 
-    /// Sets the full scale of the accelerometers, g, as configured in the unit.
+    /// Sets the full scale of the accelerometers, g, as configured in the inertial unit.
     #[must_use]
     pub const fn with_accel_range_g(mut self, range: f64) -> Self {
         self.accel_range_mps2 = range * STANDARD_GRAVITY_MPS2;
@@ -100,7 +101,7 @@ impl ImuModel {
 
 /// # From a datasheet
 ///
-/// These one-sigmas apply to fixes that report none.
+/// These one-sigmas apply to fixes that report no accuracy.
 impl GpsModel {
     /// Sets the one-sigma of horizontal position by the circular error probable, m: the radius of the circle that
     /// contains half of the positions.

@@ -33,10 +33,10 @@ use crate::setup::SetupCheck;
 use crate::time::Time;
 use lost_level::Level;
 
-/// From events to solutions: alignment, a heading search if necessary, then the filter.
+/// Estimator from events to solutions: alignment, a heading search if necessary, then the filter.
 ///
-/// `L`, `N` and `T` are those of the [`Ekf`]. `H` decides whether a heading that is unknown at the start is searched
-/// for in motion.
+/// `L`, `N` and `T` have the same meaning as in [`Ekf`]. `H` decides whether a heading that is unknown at the start is
+/// searched for in motion.
 ///
 /// # Memory
 /// All memory is in the value itself. Nothing is allocated, and nothing large moves between phases. In a static it
@@ -113,7 +113,7 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     is_frozen: bool,
     level: Level,
     wheels: WheelWatch,
-    /// Time of the last suspect sample.
+    /// Time of the last suspect sample, which limits the rate of notices.
     suspected: Time,
 }
 
@@ -124,7 +124,7 @@ enum Phase {
     Navigating,
 }
 
-/// Least one-sigma of a newly found heading, rad (10°): errors that the model lacks are common to all hypotheses.
+/// Minimum one-sigma of a newly found heading, rad (10°): errors that the model lacks are common to all hypotheses.
 const FOUND_SIGMA_RAD: f64 = 0.175;
 
 /// Largest offset, s, between a measurement and the inertial samples; beyond it the clocks differ.
@@ -145,7 +145,7 @@ impl Estimator {
         Self::with_layout(config)
     }
 
-    /// [`push`](Self::push) of the default estimator, which is thus compiled here and not in every crate with one.
+    /// [`push`](Self::push) of the default estimator, compiled in this crate and not again in each dependent crate.
     #[doc(hidden)]
     pub fn push_default(&mut self, event: &Event, notify: &mut dyn FnMut(Notice)) {
         self.process_event(event, &mut (), notify);
@@ -153,7 +153,7 @@ impl Estimator {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// An estimator before its first event, with states, numeric type and heading search of its type.
+    /// An estimator before its first event. Its type chooses the states, the numeric type and the heading search.
     ///
     /// ```
     /// use hovernav::ekf::layout::WithoutHeightAids;
@@ -187,7 +187,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 
     /// Processes the next event in order of arrival; `notify` receives the outcome.
     ///
-    /// A fix waits for inertial samples up to 0.06 s after it; its outcome is reported then.
+    /// A fix is held until inertial samples up to 0.06 s after it have arrived. Then it is fused and its outcome is
+    /// reported.
     pub fn push(&mut self, event: &Event, notify: impl FnMut(Notice)) {
         self.push_traced(event, &mut (), notify);
     }
@@ -202,8 +203,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.process_event(event, trace, &mut notify);
     }
 
-    /// [`push_traced`](Self::push_traced), compiled once for all types of `notify`. Without inlining, a crate uses what
-    /// one that it depends on has compiled for the same type.
+    /// [`push_traced`](Self::push_traced), compiled once for all types of `notify`. Not inlined: a crate then uses the
+    /// code that its dependency has compiled for the same type.
     #[inline(never)]
     fn process_event(
         &mut self,
@@ -240,7 +241,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     /// Adds the event to the alignment, and starts the filter from a finished one.
-    // In a stack frame of its own, which the deeper calls of its caller do not share.
+    // Not inlined, so that its local variables do not enlarge the caller's stack frame during other calls.
     #[inline(never)]
     fn align(&mut self, event: &Event, notify: &mut dyn FnMut(Notice)) {
         self.report_ignored(event, notify);
@@ -254,7 +255,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// The filter, for a measurement of the heading.
+    /// The filter, for a measurement of the heading. An error while the heading is unknown, unless the measurement can
+    /// end a repeated search.
     fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
         let can_end_search = self.is_searching_again() && self.level != Level::Lost;
         if self.phase == Phase::Navigating || can_end_search {
@@ -274,7 +276,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    // In a stack frame of its own, which the deeper calls of its caller do not share.
+    // Not inlined, so that its local variables do not enlarge the caller's stack frame during other calls.
     #[inline(never)]
     fn imu(
         &mut self,
@@ -333,7 +335,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Holds a vehicle on wheels to its road while fixes are absent, and reports the start and the end.
+    /// Applies the wheel constraint while fixes are absent, and reports its start and its end.
     #[inline(never)]
     fn constrain_to_road(&mut self, trace: &mut impl Trace<T, N>, notify: &mut dyn FnMut(Notice)) {
         if let Some(report) = self.filter.update_on_wheels(&mut self.wheels, trace) {
@@ -368,7 +370,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     /// Whether a fix repeats position and velocity of the previous one bit for bit during motion. Motion means that the
-    /// fix's velocity is not zero, or the filter moves faster than its own error. A receiver at rest may repeat itself.
+    /// fix's velocity is not zero, or that the filter moves faster than its own error allows. A receiver at rest may
+    /// repeat itself.
     fn repeats(&mut self, fix: &Fix) -> bool {
         let said = signature(fix);
         if core::mem::replace(&mut self.last_signature, said) != said {
@@ -499,6 +502,7 @@ fn signature(fix: &Fix) -> u32 {
     (mixed >> 32) as u32
 }
 
-/// Start value and factor of a 64-bit Fowler–Noll–Vo hash.
+/// Start value of a 64-bit Fowler–Noll–Vo hash.
 const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
+/// Factor of a 64-bit Fowler–Noll–Vo hash.
 const FNV_PRIME: u64 = 0x0100_0000_01b3;

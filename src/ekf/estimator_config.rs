@@ -30,17 +30,17 @@ pub struct EstimatorConfig {
     pub alignment: AlignmentConfig,
     /// Settings of the filter.
     pub ekf: EkfConfig,
-    /// Aids in addition to GPS that are used, if present.
+    /// Sensors in addition to GPS that are used, if present.
     pub aiding: Aiding,
-    /// The rangefinder that looks at the ground.
+    /// Rangefinder that points at the ground.
     pub rangefinder: Rangefinder,
     /// Errors of the heading of two antennas; [`AlignmentConfig::baseline_m`] gives their positions.
     pub antenna_heading: AntennaHeadingModel,
 }
 
 impl EstimatorConfig {
-    /// Numbers of the models of sensors and gates, by group. The groups are the sections below `[filter]` in
-    /// configuration files, except for `rangefinder.model` and `second_antenna.model`.
+    /// Settings of the sensor models and gates, by group. The groups are the sections below `[filter]` in configuration
+    /// files, except for `rangefinder.model` and `second_antenna.model`.
     pub const SETTINGS: &[(&str, &[Setting])] = &[
         ("imu", ImuModel::SETTINGS),
         ("gps", GpsModel::SETTINGS),
@@ -52,7 +52,7 @@ impl EstimatorConfig {
         ("second_antenna.model", AntennaHeadingModel::SETTINGS),
     ];
 
-    /// The first number of [`SETTINGS`](Self::SETTINGS) out of its range.
+    /// First of the [`SETTINGS`](Self::SETTINGS) that is out of its range, if any.
     #[must_use]
     pub fn out_of_range(&self) -> Option<OutOfRange> {
         let EkfConfig { imu, gps, attitude, magnetometer, baro, gate, mechanisms: _ } = &self.ekf;
@@ -115,7 +115,7 @@ impl EstimatorConfig {
         self
     }
 
-    /// Sets the aids in addition to GPS.
+    /// Sets which sensors are used in addition to GPS.
     #[must_use]
     pub const fn with_aiding(mut self, aiding: Aiding) -> Self {
         self.aiding = aiding;
@@ -137,7 +137,7 @@ pub struct Rangefinder {
     pub lever_arm_m: Vector<Body>,
     /// Direction of the beam, body axes, of length one; straight down by default.
     pub beam: Vector<Body>,
-    /// Errors of the sensor, and variation of the ground.
+    /// Errors of the sensor, and variation of the ground height.
     pub model: RangeModel,
 }
 
@@ -151,7 +151,7 @@ impl Default for Rangefinder {
     }
 }
 
-/// Aids in addition to GPS that are used after alignment. The default is all.
+/// Sensors in addition to GPS that are used after alignment. The default is all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",

@@ -1,9 +1,9 @@
 //! Ratio of the inertial unit's noise to the assumed noise, learned from the innovations of fixes.
 //!
 //! Innovations of a filter with correct noise are white. A filter that trusts its inertial unit too much corrects too
-//! little, so part of one innovation remains in the next: successive innovations become correlated. Their product shows
-//! by how much the driving noise has to grow. Errors of the fixes themselves only reduce the correlation, so their size
-//! need not be known.
+//! little. Part of one innovation then remains in the next: successive innovations become correlated. Their product
+//! shows by how much the driving noise has to grow. Errors of the fixes themselves only reduce the correlation, so
+//! their size need not be known.
 //!
 //! A strong correlation within seconds indicates a step, most likely of a bias. A large step leads beyond the gate
 //! before it shows in the correlation. Rejected innovations then grow from fix to fix, while a receiver fault appears
@@ -14,36 +14,37 @@ use super::measurement::Report;
 use super::square;
 use crate::time::Time;
 
-/// Factor of the variance of the inertial unit's driving noise over the assumed one.
+/// Learned factor on the variance of the inertial unit's driving noise, relative to the assumed variance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Excess {
     learned: f64,
-    /// Normalised innovations of velocity, north and east, of the last fix, if accepted.
+    /// Time of the last fix, and its normalised innovations of velocity, north and east. `None` if that velocity was
+    /// not accepted.
     last: Option<(Time, [f64; 2])>,
-    /// Normalised innovation of the vertical velocity, if accepted.
+    /// Time of the last fix, and its normalised innovation of vertical velocity, if accepted.
     last_down: (Time, Option<f32>),
     /// Mean product of successive innovations over the last seconds, horizontal and vertical.
     mean_product: [f64; 2],
-    /// Time of the first rejection of horizontal velocity soon after an accepted one, and its normalised innovations,
-    /// north and east; zeros without one.
+    /// First rejection of horizontal velocity soon after an acceptance: time, and normalised innovations, north and
+    /// east. Zeros without a rejection.
     rejected: (Time, [f32; 2]),
-    /// Time of the first such rejection of vertical velocity, and its innovation, m/s; zero after a reset to the
-    /// measurement.
+    /// First rejection of vertical velocity soon after an acceptance: time, and innovation, m/s. The innovation is zero
+    /// after a reset to the measurement.
     rejected_down: (Time, Option<f32>),
-    /// Time of the last reset of vertical velocity, and the growth rate of its error before the reset, m/s².
+    /// Last reset of vertical velocity: time, and growth rate of the velocity error before the reset, m/s².
     reopened_down: (Time, Option<f32>),
 }
 
-/// Innovations that indicate a step, by group.
+/// Bias steps that recent innovations indicate, by kind of innovation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Stepped {
-    /// Accepted innovations of horizontal velocity: step of a gyro or an accelerometer.
+    /// Accepted innovations of horizontal velocity indicate a step of a gyro or an accelerometer.
     pub level: bool,
-    /// Accepted innovations of vertical velocity: step of an accelerometer.
+    /// Accepted innovations of vertical velocity indicate a step of an accelerometer.
     pub down: bool,
-    /// Rejected innovations of horizontal velocity: a large step.
+    /// Rejected innovations of horizontal velocity indicate a large step.
     pub far: bool,
-    /// Rejected innovations of vertical velocity: step of an accelerometer.
+    /// Growth of rejected innovations of vertical velocity, which indicates a step of an accelerometer.
     pub down_far: Option<Growth>,
 }
 
@@ -56,31 +57,34 @@ pub(super) struct Growth {
     pub left_s: f64,
 }
 
-/// Share by which the product of two innovations one second apart changes the factor.
+/// Relative change of the learned factor per unit product of two normalised innovations one second apart.
 const RATE: f64 = 0.03;
-/// Usual mean product with correct noise, from slow errors and timing of the fixes.
+/// Mean product of successive normalised innovations with correct noise. It is not zero because fixes have slow errors
+/// and time errors.
 const USUAL: f64 = 0.2;
 /// Factor that chance alone produces with correct noise.
 const BY_CHANCE: f64 = 1.5;
-/// Upper limit of the factor, in variance.
+/// Upper limit of the factor on the variance.
 const MOST: f64 = 10.0;
-/// Mean product that indicates a step, and its averaging time, s.
+/// Mean product of successive normalised innovations above which they indicate a step.
 const STEP: f64 = 4.0;
+/// Averaging time of the mean product, s.
 const STEP_S: f64 = 2.0;
-/// Time, s, within which rejected innovations must grow by the factor `GROWN` to indicate a step.
+/// Minimum time, s, from a first rejection of horizontal velocity to a larger one that indicates a step.
 const GROWING_S: f64 = 0.9;
+/// Factor by which rejected innovations must have grown to indicate a step.
 const GROWN: f64 = 1.5;
-/// Time, s, within which rejected vertical innovations must grow by `GROWN`.
+/// Minimum time, s, from a first rejection of vertical velocity to a larger one that indicates a step.
 const GROWING_DOWN_S: f64 = 1.9;
 /// Longest time, s, between two resets of the vertical velocity to the same side that indicate a step.
 const AGAIN_S: f64 = 10.0;
-/// Longest time, s, between two compared fixes.
+/// Longest time, s, between two fixes that are compared.
 const LONGEST_S: f64 = 3.0;
-/// Limit of an innovation, in one-sigmas: outliers are not noise.
+/// Limit to which a normalised innovation is clamped: outliers are not noise.
 const MOST_SIGMAS: f64 = 3.0;
 
 impl Excess {
-    /// Assumed noise, nothing learned.
+    /// State before the first fix: the assumed noise.
     pub const NONE: Self = Self {
         learned: 1.0,
         last: None,
@@ -91,7 +95,7 @@ impl Excess {
         reopened_down: (Time::ZERO, None),
     };
 
-    /// Factor on the variances, from 1 to 10.
+    /// Factor on the variances of the driving noise, from 1 to 10.
     pub fn factor(&self) -> f64 {
         (self.learned / BY_CHANCE).max(1.0)
     }
@@ -158,7 +162,8 @@ impl Excess {
         }
     }
 
-    /// Whether rejected innovations grow to one side, as with a bias step. A receiver fault appears at full size at once.
+    /// Whether rejected innovations grow to one side, as with a bias step. A receiver fault appears at full size at
+    /// once.
     fn grows_far(&mut self, time: Time, rejected: Option<(f64, f64)>, began: bool) -> bool {
         let Some((north, east)) = rejected else {
             self.rejected.1 = [0.0; 2];

@@ -1,34 +1,37 @@
 //! Monitor of the magnetic field for changes.
 //!
-//! A current or iron nearby adds to the field. The parts it adds along the horizontal field and downwards do not depend
-//! on the heading, so they are observable. The part across the horizontal field turns the measured heading. The gyros
-//! show a turn of the field that is faster than their drift. A slower turn is unobservable; this part is then assumed
-//! to be as large as the others.
+//! A current or iron nearby adds a disturbance to the field. Its components along the horizontal field and downwards do
+//! not depend on the heading, so they are observable. Its component across the horizontal field turns the measured
+//! heading. The gyros show a turn of the field that is faster than their drift. A slower turn is unobservable; the
+//! component across is then assumed to be as large as the others.
 
 use super::{root, square};
 use crate::frames::wrap_angle;
 use crate::time::Time;
 
-/// The usual field, and the field at the last increase of the heading's variance for a change of the field.
+/// Monitor of the field: the usual field, and the field at the last change that raised the heading variance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FieldWatch {
-    /// Time of the last evaluated reading.
+    /// Time of the last evaluated magnetic reading.
     seen: Time,
-    /// Zero before the first reading; a real field is never zero.
+    /// Usual field. Zero before the first reading; a real field is never zero.
     usual: Parts,
+    /// Field at the last change that raised the heading variance.
     opened_at: Parts,
     /// Variance of a component about the usual field, gauss².
     scatter: f32,
-    /// Time, s, for which the field was usual, and for which a changed field has been constant.
+    /// Time for which the field was usual, s.
     usual_s: f32,
+    /// Time for which a changed field has been constant, s.
     elsewhere_s: f32,
-    /// One-sigma of the heading error due to the field's distance from the usual one, rad.
+    /// One-sigma of the heading error due to the field's difference from the usual field, rad.
     pub heading_sigma_rad: f32,
-    /// Distance of a single unusual reading from the usual field, as a share of its strength; zero otherwise.
+    /// Difference of a single unusual reading from the usual field, as a fraction of the field strength; zero
+    /// otherwise.
     suspect: f32,
 }
 
-/// Field resolved with the filter's attitude: components and azimuth.
+/// Magnetic field resolved with the filter's attitude: components and azimuth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts {
     /// Horizontal and vertical components, which do not change with the heading, gauss.
@@ -50,14 +53,14 @@ pub(super) struct AttitudeUncertainty {
 /// Change of the field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FieldChange {
-    /// One-sigma of the heading error due to the change since the heading was last opened, rad.
+    /// One-sigma of the heading error due to the change since the heading variance was last raised, rad.
     pub sigma_rad: f32,
-    /// Distance from the usual field, as a share of its strength.
+    /// Difference from the usual field, as a fraction of the field strength.
     pub share: f32,
     pub turn: Option<Turn>,
 }
 
-/// Event during a disturbance.
+/// Event at the start, during or at the end of a disturbance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
     /// One reading is unusual. It may be a spike; a second one makes it [`Away`](Self::Away).
@@ -66,31 +69,34 @@ pub(super) enum Turn {
     Away,
     /// The field returned to the usual one.
     Back,
-    /// The field has been changed for longer than it was at its initial value. The initial field was the disturbed one;
-    /// the present field becomes the usual one.
+    /// The changed field has lasted longer than the initial field. The initial field was therefore disturbed, and the
+    /// present field becomes the usual one.
     Settled,
     /// A changed field has been constant for long enough that either field may be the Earth's.
     Lasting,
 }
 
-/// Limits of a change: share of the field's strength, and number of one-sigmas of its scatter.
+/// Smallest change of the field that counts, as a fraction of its strength.
 const CHANGED_SHARE: f32 = 0.1;
+/// Smallest change of the field that counts, in one-sigmas of its scatter.
 const CHANGED_SIGMAS: f32 = 4.0;
-/// Limits of a turn of the field: angle, rad, and number of one-sigmas of scatter and heading. The usual azimuth is
-/// learned over `AZIMUTH_S`, s, so only a faster turn counts.
+/// Smallest turn of the field that counts, rad.
 const TURNED_RAD: f32 = 0.17;
+/// Smallest turn of the field that counts, in one-sigmas of the heading.
 const TURNED_SIGMAS: f32 = 3.0;
+/// Time constant of the usual azimuth, s. Only a faster turn of the field counts.
 const AZIMUTH_S: f32 = 15.0;
-/// Share of the limits within which the field counts as returned.
+/// Fraction of the limits within which the field counts as returned.
 const BACK_SHARE: f32 = 0.5;
-/// Time constant, s, of the usual field; shorter while the field is known for less time.
+/// Time constant of the usual field, s. It is shorter while the field has been observed for less time.
 const USUAL_S: f32 = 60.0;
 /// Shortest and longest time, s, after which a changed field may be the Earth's. Between them it is twice the time for
 /// which the usual field was observed.
 const LASTING_S: [f32; 2] = [5.0, 180.0];
-/// Least time, s, of a usual field; after a shorter time it was only the field at the start.
+/// Minimum time, s, for which a usual field must have been observed. A field observed for less may be a disturbance at
+/// the start.
 const WRONG_START_S: f32 = 30.0;
-/// Longest interval, s, that one reading counts for.
+/// Longest interval, s, for which one reading counts.
 const LONGEST_S: f32 = 1.0;
 /// Largest heading one-sigma assumed for the unobserved component, rad.
 const MOST_RAD: f32 = 1.0;
@@ -123,8 +129,8 @@ impl FieldWatch {
     }
 
     /// Feeds a field resolved with an attitude of this `uncertainty`. Returns a change that exceeds scatter and
-    /// attitude error, relative to the field when the heading was last opened. Departure from the usual field and
-    /// return to it are also returned.
+    /// attitude error, relative to the field at the last increase of the heading variance. Departure from the usual
+    /// field and return to it are also returned.
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.
@@ -146,13 +152,13 @@ impl FieldWatch {
         }
         let elapsed_s = ((time - before) as f32).clamp(0.0, LONGEST_S);
         let least_level = field.level.min(self.usual.level);
-        // Squares are compared, because roots are slow and needed only after a change.
+        // Squares are compared: roots are slow, and needed only after a change.
         let strength = square(self.usual.level) + square(self.usual.down);
         let [least_s, most_s] = LASTING_S;
         let lasting_s = (2.0 * self.usual_s).clamp(least_s, most_s);
         let lasted = self.elsewhere_s > lasting_s;
         let chance = square(CHANGED_SIGMAS) * (self.scatter + strength * uncertainty.tilt_variance);
-        // A large heading variance, opened because of the field, must not make the field count as returned.
+        // A heading variance that was raised because of the field must not make the field count as returned.
         let heading_variance = uncertainty.heading_variance.min(square(TURNED_RAD));
         let limit = Change {
             parts: (square(CHANGED_SHARE) * strength).max(chance),
@@ -207,7 +213,7 @@ impl FieldWatch {
         (!is_still || turn.is_some()).then(|| {
             self.opened_at = field;
             let share = off.share(&field, strength);
-            // For a departure, the smaller share of both readings.
+            // For a departure, the smaller fraction of both readings.
             let share = if turn == Some(Turn::Away) { share.min(suspect) } else { share };
             FieldChange { sigma_rad: turn_rad(&moved), share, turn }
         })
@@ -222,7 +228,7 @@ struct Change {
 }
 
 impl Change {
-    /// Distance as a share of the strength whose square is `strength`, gauss².
+    /// Distance as a fraction of the strength whose square is `strength`, gauss².
     fn share(&self, field: &Parts, strength: f32) -> f32 {
         root((self.parts + self.turn * square(field.level)) / strength)
     }
@@ -296,7 +302,7 @@ mod tests {
         assert_eq!(turns, [Some(Turn::Away), Some(Turn::Back)]);
         assert!(changes.iter().all(|change| (change.sigma_rad - 0.5).abs() < 0.01), "{changes:?}");
         assert!(watch.heading_sigma_rad == 0.0);
-        // At 0.3 °/s, once around.
+        // A full turn at 0.3 °/s.
         let drifting: Vec<Parts> = (0..12_000)
             .map(|step| {
                 let azimuth_rad = wrap_angle((0.03 * step as f32).to_radians());

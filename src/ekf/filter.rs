@@ -1,4 +1,4 @@
-//! The filter itself: its state, and its step with the inertial unit.
+//! The filter: its state, and its prediction with inertial samples.
 
 mod accessors;
 
@@ -39,12 +39,12 @@ pub(super) const MOST_HIDDEN_RAD: f64 = 0.5;
 pub(super) struct Samples<T> {
     pub integrator: Integrator<T>,
     pub integrity: Integrity<T>,
-    /// Evidence against the last sample.
+    /// Suspected faults of the last sample.
     pub suspicion: Suspicion<T>,
     pub self_contradiction: SelfContradiction<T>,
     pub rest: Rest,
     pub rectification: Rectification,
-    /// Time of the last sample that was rejected for a time far ahead.
+    /// Time of the last sample that was rejected because its time was far ahead.
     pub far_ahead: Time,
     /// Mean rate, rad/s, over a second of rest that ended with the last sample.
     pub resting_rate_radps: Option<Vector<Body, T>>,
@@ -62,15 +62,15 @@ impl<T: Scalar> Samples<T> {
         resting_rate_radps: None,
     };
 
-    /// Whether a sample far ahead follows another such sample. A single such time is wrong: it would block all later
-    /// samples. A second one shows that the inertial unit was off.
+    /// Whether a sample with a time far ahead follows another such sample. A single time far ahead is wrong: it would
+    /// block all later samples. A second one shows that the inertial unit was off.
     #[inline(never)]
     fn confirms_far_ahead(&mut self, time: Time) -> bool {
         let before = core::mem::replace(&mut self.far_ahead, time);
         (0.0..=FOLLOWS_S).contains(&(time - before))
     }
 
-    /// Clears the memory, as [`Gates::clear`] does.
+    /// Resets every field separately, for the reason given at [`Gates::clear`].
     fn clear(&mut self) {
         self.integrator = Integrator::EMPTY;
         self.integrity = Integrity::NONE;
@@ -93,19 +93,20 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) config: EkfConfig,
     pub(super) mounting: Mounting,
     pub(super) state: NavState<T>,
-    /// Estimates of the states that are parameters; the first nine entries are not used.
+    /// Estimates of the parameters, by state index; the first nine entries are not used.
     pub(super) parameters: [T; N],
     pub(super) covariance: Covariance<T, N>,
     pub(super) history: History<T>,
     pub(super) gates: Gates,
     pub(super) attitude_used: Option<Time>,
     pub(super) attitude_watch: AttitudeWatch,
-    /// Slow error of the last sensor of heading: one-sigma, rad, and correlation time, s.
+    /// Slow error of the last heading source: one-sigma, rad, and correlation time, s.
     pub(super) heading_wander: [f64; 2],
-    /// Additional one-sigma of the heading sensor's slow error, rad, according to the fixes.
+    /// Additional one-sigma of the heading source's slow error, rad, according to the fixes.
     pub(super) extra_heading_sigma_rad: f32,
     pub(super) field_watch: FieldWatch,
-    /// Time of the last disagreement of the heading sensor with the filter, after the filter was turned against it.
+    /// Time of the last disagreement between heading source and filter, after the filter was turned away from the
+    /// source.
     pub(super) heading_disagreed_at: Option<Time>,
     /// Time of the last gap that may have hidden a turn; `None` after the next attitude measurement.
     pub(super) attitude_lost: Option<Time>,
@@ -117,11 +118,11 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// Slow part of the latest fix's one-sigma: position horizontal and vertical, m, then velocity horizontal and
     /// vertical, m/s.
     pub(super) gps_wander: Option<[f32; 4]>,
-    /// Steps over which the covariance is not propagated yet.
+    /// Motion over which the covariance is not propagated yet.
     pub(super) unpropagated: Option<MotionSum<T>>,
     /// Angular rate relative to the NED axes, less bias, rad/s.
     pub(super) angular_rate_radps: Vector<Body, T>,
-    /// Time from the last relaxation of the parameters to the last propagation, s.
+    /// Time since the last relaxation of the parameters, up to the last propagation, s.
     pub(super) unrelaxed_s: T,
     /// Learned variances of the GPS errors, relative to the stated or configured ones: position, horizontal velocity
     /// and vertical velocity.
@@ -129,7 +130,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) net_turn: NetTurn<T>,
     pub(super) level_force: LevelForce<T>,
     pub(super) antenna: AntennaOffset,
-    /// Mean variances of an axis by sensor noise over the last step: angle, rad², and velocity, (m/s)².
+    /// Variances added by sensor noise over the last sample interval, mean of the three axes: angle, rad², and
+    /// velocity, (m/s)².
     pub(super) step_variances: [T; 2],
     pub(super) excess: Excess,
     pub(super) bias_shift: BiasShift,
@@ -138,7 +140,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// A filter that starts where alignment ended.
+    /// A filter that starts with the result of an alignment.
     #[must_use]
     pub fn new(config: EkfConfig, mounting: Mounting, start: Start) -> Self {
         let mut filter = Self::unstarted(config, mounting);
@@ -186,7 +188,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Starts again, in place, from the end of an alignment.
+    /// Starts the filter again, in place, with the result of an alignment.
     pub(super) fn restart(&mut self, start: &Start) {
         self.parameters.fill(T::ZERO);
         self.history.clear();
@@ -219,7 +221,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open_wander_of_start(start);
     }
 
-    /// Replaces state and covariance by those of a start, with the accelerometer bias unknown.
+    /// Replaces state and covariance by the values of `start`, with the accelerometer bias unknown.
     pub(super) fn restart_base(&mut self, start: &Start) {
         self.state = start.state.cast();
         self.covariance.clear();
@@ -234,8 +236,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open(ACCEL_BIAS, [imu.accel_bias_sigma_mps2; 3]);
     }
 
-    /// Raises the variances of the slow GPS errors at a start. Position and velocity of a start are those of a fix:
-    /// their error is the slow error of that fix with the opposite sign.
+    /// Raises the variances of the slow GPS errors at a start. Position and velocity of a start come from a fix. Their
+    /// error is the slow error of that fix with the opposite sign.
     ///
     /// # Source
     /// Equation (K14) of docs/equations.md.
@@ -262,8 +264,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v].map(|m| m as f32));
     }
 
-    /// Raises the variances of the slow errors to a share of `sigma`, correlated with the states `of` that came from
-    /// the fix. Returns their one-sigmas.
+    /// Raises the variances of the slow errors to the fraction `share` of `sigma`. They are correlated with the states
+    /// `of` that came from the fix. Returns their one-sigmas.
     fn open_block_of_start(
         &mut self,
         first: usize,
@@ -391,8 +393,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
     }
 
-    /// One step of the mechanization and of the covariance. Returns the rotation rate of NED, rad/s. If the step would
-    /// lead off the Earth, it returns `None` and changes only the time of the state.
+    /// One step of the mechanization and of the covariance. Returns the rotation rate of NED, rad/s. `None` if the step
+    /// would lead to an invalid state; then only the time of the state changes.
     fn step(
         &mut self,
         time: Time,
@@ -413,7 +415,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// A step over a gap: the state coasts, and the covariance grows by the possible motion. Returns the rotation rate
-    /// of NED, rad/s, as [`step`](Self::step) does.
+    /// of NED, rad/s, or `None`, as [`step`](Self::step) does.
     fn coast(&mut self, time: Time, trace: &mut impl Trace<T, N>) -> Option<Vector<Ned, T>> {
         self.catch_up(trace);
         let before = self.state;
@@ -437,15 +439,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// Largest one-sigma, m/s, of a start velocity from a fix.
+/// Largest one-sigma, m/s, of a start velocity that comes from a fix.
 const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
 /// [`Ekf::heading_wander`] before the first measured heading.
 const fn usual_heading_wander(config: &EkfConfig) -> [f64; 2] {
     [config.attitude.heading_wander_rad, config.attitude.wander_time_s]
 }
 
-/// One-sigma of the level of a barometer before its first use, m. It is far larger than that of any height, so that the
-/// first reading sets the level and does not correct the height.
+/// One-sigma of the level of a barometer before its first use, m. It is far larger than the one-sigma of any height. So
+/// the first reading sets the level and does not correct the height.
 const UNKNOWN_LEVEL_M: f64 = 100.0;
 /// Longest time, s, between two samples with times far ahead, for the second to confirm the first.
 const FOLLOWS_S: f64 = 1.0;

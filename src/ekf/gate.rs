@@ -1,34 +1,34 @@
 //! Gates, and the choice between sensor and filter when a gate stays closed.
 //!
-//! A gate rejects a bad fix. A diverged filter rejects *every* fix, and drifts without end. The start of the rejections
-//! distinguishes the two cases:
+//! A gate rejects a bad fix. A diverged filter rejects *every* fix, and drifts without end. The circumstances of the
+//! first rejections distinguish the two cases:
 //!
-//! - Positions agreed until one jumped away from the inertial path, and the velocity still agrees without bias: the
-//!   sensor is at fault, even after a gap or clipping of the inertial samples, because neither a vehicle nor a filter moves like
-//!   that. Positions are rejected for [`GateConfig::fault_s`](super::GateConfig::fault_s). If the position was unknown
-//!   before its last series of fixes, they are rejected for at most the duration of that series.
-//! - Fixes disagree after an absence, after a gap or clipping of the inertial samples, or after a series of large innovations:
-//!   the filter has diverged. It is reset to the measurement after
+//! - Positions agreed until one jumped away from the inertial path, and the velocity still agrees without bias. The
+//!   sensor is at fault, even after a gap or clipping of the inertial samples: neither a vehicle nor a filter moves
+//!   like that. Positions are rejected for [`GateConfig::fault_s`](super::GateConfig::fault_s). If the position was
+//!   unknown before its last series of fixes, they are rejected for at most the duration of that series.
+//! - Fixes disagree after an absence, after a gap or clipping of the inertial samples, or after a series of large
+//!   innovations. The filter has diverged. It is reset to the measurement after
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) and three rejected fixes.
 //! - Velocity jumped more than any acceleration explains: the receiver is at fault. It resets nothing until its
 //!   velocity agrees again, for at most 15 s.
 //! - The receiver contradicts itself in successive readings: it resets nothing. Its fixes are rejected, except a fix
 //!   that agrees with the filter in all axes within the noise of the fix.
-//! - The innovations of a height are biased for seconds: those of the receiver while a barometer agrees with the
-//!   filter, or those of a barometer while the receiver agrees. The sensor with the biased innovations drifts. It is
-//!   rejected although each single innovation lies within the gate.
+//! - The innovations of a height are biased for seconds, and the other height sensor, receiver or barometer, agrees
+//!   with the filter. The sensor with the biased innovations drifts. It is rejected although each single innovation
+//!   lies within the gate.
 //! - A distance to the ground jumped: a roof, a tree or a false reading. It is rejected for
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s), then attributed to other ground, never to height.
-//! - A barometer disagrees with a height by a constant amount, while both agree about each change of height: the
-//!   barometer's level came from this receiver, and one of the two heights was wrong. The filter uses the one that was
-//!   reported for longer.
+//! - A barometer disagrees with a height by a constant amount, while both agree about each change of height. The
+//!   barometer's level came from this receiver, and one of the two heights was wrong. The filter uses the height that
+//!   was reported for longer.
 //! - In all other cases the fault is unknown, and the filter is reset to the measurement after
 //!   [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of rejections. A height is not accepted while a barometer
 //!   disagrees with it. A heading is accepted only after two minutes without confirmation of the filter's own heading
 //!   by fixes or another sensor.
 //!
 //! A position may be accepted without other evidence. Then the previous position stays a second hypothesis for as long
-//! as it had been reported: the one-sigma of the solution reaches back to it, and three fixes that return to it are
+//! as it had been reported. The one-sigma of the solution reaches back to it, and three fixes that return to it are
 //! accepted. If positions drift away from the receiver's own velocity, too slowly for a gate, the one-sigma reaches
 //! back to the start of the drift.
 //!
@@ -42,7 +42,7 @@ mod rejection;
 use crate::time::Time;
 use position_drift::PositionDrift;
 
-/// Kinds of measurement that are rejected, and reopened, together.
+/// Group of measurements that the filter rejects together, and is reset to together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Group {
     HorizontalPosition,
@@ -56,7 +56,7 @@ pub(super) enum Group {
     RestVelocity,
     Range,
     BaselineHeading,
-    /// A user's own sensors. Without a gate in the memory: a rejection has no history, and reopens nothing.
+    /// A user's own sensors. They have no gate: a rejection has no history, and the filter is never reset to them.
     Own,
 }
 
@@ -66,25 +66,25 @@ impl Group {
     /// Number of GPS groups; they come first.
     const GPS: usize = 4;
 
-    /// Whether the group is one axis and measures height, as [`is_biased`](Gates::is_biased) requires.
+    /// Whether the group has one axis and observes height, as [`is_biased`](Gates::is_biased) requires.
     pub const fn is_height(self) -> bool {
         matches!(self, Self::VerticalPosition | Self::VerticalVelocity | Self::Baro)
     }
 }
 
-/// States that a measurement reopens after it was rejected for too long.
+/// States that are reset to a measurement that was rejected for too long.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Reopening {
     /// The measured state.
     State,
-    /// A position, and the velocity that the receiver does not report. The position was not fused for `lost_s`, s.
+    /// Position and velocity, for a receiver that reports no velocity. The position was not fused for `lost_s`, s.
     Motion { lost_s: f64 },
 }
 
 /// Evidence against the receiver from its successive fixes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contradiction {
-    /// The receiver may contradict itself: its fixes reopen nothing.
+    /// The receiver may contradict itself: the filter is not reset to its fixes.
     pub suspected: bool,
     /// The receiver contradicts itself: its fixes are rejected.
     pub proven: bool,
@@ -93,19 +93,19 @@ pub(super) struct Contradiction {
 impl Contradiction {
     const NONE: Self = Self { suspected: false, proven: false };
 
-    /// Whether a group must not reset anything.
+    /// Whether the filter must not be reset to a measurement of this group.
     fn forbids_reset(self, group: Group) -> bool {
         self.suspected && (group as usize) < Group::GPS
     }
 }
 
-/// State of all gates.
+/// State of the gates of all groups.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
-    /// End of the time in which a gap or clipping of the inertial samples makes the filter suspect.
+    /// End of the time in which the filter is suspect because of a gap or clipping of the inertial samples.
     suspect_until: Time,
-    /// End of the time in which a reopened velocity makes the filter suspect.
+    /// End of the time in which a reset to a measured velocity makes the filter suspect.
     diverged_until: Time,
     /// End of the time in which a found or replaced heading is unconfirmed.
     unconfirmed_until: Time,
@@ -114,11 +114,12 @@ pub(super) struct Gates {
     /// Time for which the receiver's position has been fused, s, since the fix that made the position known.
     position_fused_s: f32,
     drift: PositionDrift,
-    /// Innovation of the receiver's height when its rejection began, m, and that of its horizontal position.
+    /// Innovation of the receiver's height when its rejection began, m.
     height_off_m: f32,
+    /// Innovation of the receiver's horizontal position when its rejection began, m.
     position_off_m: f32,
     pub contradiction: Contradiction,
-    /// Whether the barometer's last reading disagrees with the filter's height.
+    /// Whether the last reading of the barometer disagrees with the filter's height.
     baro_disagrees: bool,
     /// Whether the filter's heading is consistent with recent fixes.
     heading_is_consistent: bool,
@@ -126,25 +127,25 @@ pub(super) struct Gates {
 
 #[derive(Clone, Copy, Debug)]
 struct Gate {
-    /// Time of the last acceptance, if any.
+    /// Time of the last accepted measurement, if any.
     accepted: Time,
     /// Start of the present series of rejections.
     since: Time,
-    /// Mean square of recent normalised innovations; 1 if filter and sensor agree.
+    /// Mean square of recent normalised innovations; 1 if filter and sensor are consistent.
     spread: f32,
     /// For a height: mean of recent normalised innovations, which shows their bias.
     bias_sigmas: f32,
-    /// For a position accepted without other evidence: distance, m, to the previous position, which may still be right;
-    /// zero without such an ambiguity.
+    /// Distance, m, to the previous position, which may still be right, after a position was accepted without other
+    /// evidence. Zero without such an ambiguity.
     ambiguity_m: f32,
-    /// Time of fused fixes, s, in which that ambiguity decays: the duration for which the previous position was
+    /// Time of fused fixes, s, over which the ambiguity decays. It is the time for which the previous position was
     /// reported.
     ambiguity_s: u8,
-    /// Successive rejections; zero while the gate is open.
+    /// Number of successive rejections; zero while the gate is open.
     rejections: u8,
-    /// Whether the filter itself causes these rejections.
+    /// Whether a divergence of the filter explains the present rejections.
     filter_has_diverged: bool,
-    /// Whether the gate was ever open.
+    /// Whether the gate has ever been open.
     was_open: bool,
 }
 
@@ -181,32 +182,33 @@ impl Gate {
 const ABSENCE_S: f64 = 2.5;
 /// Earlier than every other time.
 pub(super) const NEVER: Time = Time::from_nanoseconds(i64::MIN);
-/// Time, s, for which a suspicion against the filter explains a disagreement.
+/// Time, s, for which the filter stays suspect after a gap, clipping, or a reset of its velocity.
 const SUSPECT_TIME_S: f64 = 10.0;
-/// Time, s, after which a found heading counts as confirmed.
+/// Time, s, for which a found or replaced heading counts as unconfirmed.
 const UNCONFIRMED_S: f64 = 60.0;
 /// Weight of the newest innovation in the spread.
 const NEWEST: f32 = 0.2;
-/// Mean innovation, in one-sigmas, above which innovations are biased: chance does not explain it.
+/// Mean innovation, in one-sigmas, above which innovations count as biased: chance does not explain it.
 const BIASED_SIGMAS: f32 = 1.5;
-/// Limit, in one-sigmas, of a single innovation in that mean.
+/// Limit, in one-sigmas, of a single innovation in the mean innovation.
 const MOST_BIAS_SIGMAS: f32 = 5.0;
-/// Time constant of that mean, s, for frequent innovations.
+/// Time constant of the mean innovation, s, for frequent innovations.
 const BIAS_TIME_S: f64 = 2.0;
 /// Mean innovation, in one-sigmas, below which innovations are unbiased.
 const UNBIASED_SIGMAS: f32 = 0.75;
-/// Largest position innovation with a correct filter velocity, m; `JUMP_MPS`, m/s, is added for each second since the
-/// last accepted fix. A larger innovation is a jump.
+/// Largest position innovation with a correct filter velocity, m, right after an accepted fix. A larger innovation is a
+/// jump.
 const JUMP_M: f64 = 5.0;
+/// Growth of that innovation, m/s, with the time since the last accepted fix.
 const JUMP_MPS: f64 = 10.0;
-/// Time, s, after which a rejected heading is accepted.
+/// Time of rejections, s, after which a heading is accepted.
 const HEADING_S: f64 = 120.0;
 /// Longest time, s, until a height with a constant offset from a barometer is accepted. It is shorter if the previous
 /// height was fused for less time.
 const LEVEL_S: f64 = 120.0;
 /// Longest decay time of an ambiguity of position, s.
 const AMBIGUITY_MOST_S: f32 = 200.0;
-/// Least ambiguity, m; a smaller one is set to zero.
+/// Minimum ambiguity, m; a smaller one is set to zero.
 const AMBIGUITY_LEAST_M: f32 = 0.1;
 /// Fused time, s, after which a position counts as settled.
 const SETTLED_S: f32 = 5.0;
@@ -247,8 +249,8 @@ impl Gates {
         self.heading_is_consistent = false;
     }
 
-    /// Notes a gap in the inertial samples, or clipping. Rejections that follow count as errors of the filter, not of the
-    /// sensors.
+    /// Notes a gap in the inertial samples, or clipping. Rejections that follow count as errors of the filter, not of
+    /// the sensors.
     pub fn suspect_filter(&mut self, time: Time) {
         self.suspect_until = time + SUSPECT_TIME_S;
     }
@@ -268,7 +270,8 @@ impl Gates {
         self.suspect_until - time > SUSPECT_TIME_S
     }
 
-    /// Whether a velocity was reopened recently. Afterwards innovations keep one sign for some seconds.
+    /// Whether the filter was recently reset to a measured velocity. After such a reset, innovations keep one sign for
+    /// some seconds.
     pub fn were_reopened(&self, time: Time) -> bool {
         time < self.diverged_until
     }
@@ -278,8 +281,8 @@ impl Gates {
         self.heading_is_consistent = is_confirmed;
     }
 
-    /// Whether the filter's heading, with which a measured heading disagrees, is confirmed by the fixes or by the other
-    /// kind of measured heading.
+    /// Whether the fixes, or the other kind of measured heading, confirm the filter's heading against a measured
+    /// heading of `group`.
     fn is_heading_confirmed(&self, group: Group, time: Time) -> bool {
         let other = match group {
             Group::Heading => Group::BaselineHeading,
@@ -301,8 +304,8 @@ impl Gates {
     }
 
     /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Returns whether such innovations are
-    /// biased beyond chance while the other height sensor agrees with the filter. The first of receiver and barometer
-    /// with a bias is the one that drifts.
+    /// biased beyond chance while the other height sensor agrees with the filter. Of receiver and barometer, the sensor
+    /// whose innovations become biased first is the one that drifts.
     pub fn is_biased(&mut self, group: Group, time: Time, [off, sigma]: [f64; 2]) -> bool {
         let normalised = off / sigma;
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
@@ -351,8 +354,8 @@ impl Gates {
 
     /// Notes the shift, m, north and east, by which a fix has moved the expected position of the next fix. Positions
     /// drift from their velocity once the sum of such shifts exceeds `least_m` while the velocity was fused too. The
-    /// drift ends when the sum is below half of that. Meanwhile the start of the drift is a second hypothesis. Returns
-    /// the drift, m; zero without a drift.
+    /// drift ends when the sum falls below half of `least_m`. During the drift, the position at its start is a second
+    /// hypothesis. Returns the drift, m; zero without a drift.
     ///
     /// # Source
     /// Equation (K25) of docs/equations.md.
@@ -369,7 +372,8 @@ impl Gates {
         self.drift.drifted_m()
     }
 
-    /// Adds a shift of the expected position of the next fix, other than by the vehicle's motion, north and east, m.
+    /// Adds a shift of the expected position of the next fix, north and east, m. The shift has another cause than the
+    /// vehicle's motion.
     pub fn add_expected_shift(&mut self, moved_m: [f32; 2]) {
         self.drift.add(moved_m);
     }
@@ -386,7 +390,7 @@ impl Gates {
         [level_m.max(self.drift.drifted_m()), vertical_m]
     }
 
-    /// Drops the second hypothesis of a position that was reopened.
+    /// Drops the second hypothesis of a position to which the filter was reset.
     pub fn forget_previous(&mut self, group: Group) {
         if let Some(gate) = self.gates.get_mut(group as usize) {
             (gate.ambiguity_m, gate.ambiguity_s) = (0.0, 0);

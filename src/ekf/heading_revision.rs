@@ -3,10 +3,10 @@
 use super::scalar::Scalar;
 use crate::time::Time;
 
-/// Largest rate at which a held heading follows a magnetometer, rad/s: 0.1 °/s. Faster than gyro drift, slower than a
-/// passing magnet.
+/// Largest rate at which a held heading follows a magnetometer, rad/s: 0.1 °/s. It is faster than gyro drift, and
+/// slower than a passing magnet.
 const FOLLOWED_RADPS: f64 = 0.0017;
-/// Longest interval, s, that one correction counts for.
+/// Longest interval, s, for which one correction counts.
 const FARTHEST_APART_S: f64 = 1.0;
 
 /// Total heading change due to errors found in the heading source.
@@ -15,15 +15,16 @@ const FARTHEST_APART_S: f64 = 1.0;
 /// Equation (K22) of docs/equations.md.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HeadingRevision<T> {
-    /// Total up to now, rad.
+    /// Total heading change up to now, rad.
     pub total_rad: T,
     /// Whether the heading source is a magnetometer: its error is constant at a constant heading. The error of a
     /// heading computed by a sensor drifts in time.
     pub is_magnetic: bool,
     /// Change of the error not yet included in the total, rad.
     pending_rad: T,
-    /// Error after the previous correction, rad, and its time.
+    /// Error of the heading source after the previous correction, rad.
     reference_error_rad: T,
+    /// Time of the previous correction.
     corrected: Time,
 }
 
@@ -39,10 +40,10 @@ impl<T: Scalar> HeadingRevision<T> {
     /// Feeds a correction: the heading turned by `turned_rad`, and the error of its source is now
     /// `reference_error_rad`.
     ///
-    /// The displayed heading, including its error, stays constant while the vehicle does not turn. A turn matched by an
-    /// opposite change of the error is therefore an error found: it counts at once. The rest of the error's change
-    /// since the previous correction, from decay and re-estimation, may be a disturbance. Such a change is followed
-    /// slowly, and only for a magnetometer.
+    /// The source's reading, heading plus error, stays constant while the vehicle does not turn. A correction of the
+    /// heading matched by an opposite change of the error is therefore a found error: it counts at once. The rest of
+    /// the error's change since the previous correction, from decay and re-estimation, may be a disturbance. The total
+    /// follows this rest slowly, and only for a magnetometer.
     pub fn corrected(&mut self, time: Time, turned_rad: T, reference_error_rad: T) {
         let opposite = self.reference_error_rad - reference_error_rad;
         let found = turned_rad.min(opposite).max(T::ZERO) + turned_rad.max(opposite).min(T::ZERO);

@@ -13,15 +13,15 @@ use crate::time::Time;
 /// Number of entries kept.
 const CAPACITY: usize = 51;
 
-/// Longest duration, s, of an entry, into which steps are merged. [`CAPACITY`] entries then reach back at least half a
-/// second at any sample rate.
+/// Longest duration of an entry, s: several sample intervals are merged into one entry. [`CAPACITY`] entries then reach
+/// back at least half a second at any sample rate.
 const ENTRY_S: f64 = 0.0101;
 
 /// Guaranteed reach of the memory, s.
 const REACH_S: f64 = 0.5;
 
-/// Half-width of the window for mean acceleration, ns: shorter than a vehicle's own motion. The mean must not lag: a
-/// lag would appear as an extra GPS delay.
+/// Half-width of the window for the mean acceleration, ns: shorter than a vehicle's own motion. The mean must not lag:
+/// a lag would appear as an additional GPS delay.
 pub(super) const ABOUT_NS: i64 = 60_000_000;
 
 /// Motion between two moments.
@@ -51,7 +51,7 @@ pub struct History<T> {
     len: usize,
 }
 
-/// The present state carried back to an earlier moment, and the relation of its errors to the present ones.
+/// The present state carried back to an earlier moment, and how its errors depend on the present errors.
 #[derive(Clone, Copy, Debug)]
 pub struct LookBack<T> {
     /// State at the earlier moment.
@@ -64,13 +64,13 @@ pub struct LookBack<T> {
     pub acceleration_over_s: T,
     /// Time from the earlier moment to now, s.
     pub age_s: T,
-    /// Part of that time within gaps of the inertial samples, s.
+    /// Part of `age_s` within gaps of the inertial samples, s.
     pub hidden_s: T,
     /// Velocity change by specific force since the earlier moment, m/s.
     pub force_mps: Vector<Ned, T>,
-    /// Integral of that velocity change from the earlier moment to now, m.
+    /// Integral of `force_mps` from the earlier moment to now, m.
     pub force_m: Vector<Ned, T>,
-    /// Integral of the direction cosines since the earlier moment, rows north, east, down, s.
+    /// Integral of the direction cosines from the earlier moment to now, rows north, east, down, s.
     pub turn_s: [[T; 3]; 3],
 }
 
@@ -83,7 +83,7 @@ pub struct MotionSince<To, T> {
     pub duration_s: T,
     /// Attitude at the earlier moment.
     pub attitude: Rotation<Body, To, T>,
-    /// Angular rate of the body then, rad/s.
+    /// Angular rate of the body at the earlier moment, rad/s.
     pub angular_rate_radps: Vector<Body, T>,
 }
 
@@ -97,13 +97,13 @@ impl<T: Scalar> EntryMotion<T> {
 }
 
 impl<T: Scalar> History<T> {
-    /// The empty memory.
+    /// Empty history.
     pub const EMPTY: Self = {
         let entry = Entry { end: Time::ZERO, interval_s: T::ZERO, motion: EntryMotion::NONE };
         Self { entries: [entry; CAPACITY], next: 0, len: 0 }
     };
 
-    /// Appends one step of the mechanization that ended at `end`.
+    /// Appends one mechanization step that ended at `end`.
     pub fn push(&mut self, end: Time, increment: &Increment<T>, advance: &Advance<T>) {
         let fall_mps = advance.velocity_mps - advance.from_specific_force_mps;
         if let Some(Entry { end: entry_end, interval_s, motion }) = self.newest_mut(0)
@@ -176,8 +176,8 @@ impl<T: Scalar> History<T> {
         (0..CAPACITY).map_while(move |back| self.newest(back))
     }
 
-    /// Motion measured since `time`, in the axes to which `attitude` turns the body now. `None` if `time` is older than
-    /// the memory.
+    /// Motion measured since `time`, in the axes to which `attitude` turns the body now. `None` if `time` is before the
+    /// oldest entry.
     pub fn motion_since<To>(
         &self,
         time: Time,
@@ -207,9 +207,9 @@ impl<T: Scalar> History<T> {
         None
     }
 
-    /// Carries `now` back to `time`, with the Earth model `earth` at `now`. `None` if `time` is older than the memory.
-    /// A `time` after `now` is reached forward with the last entry's mean specific force and rate. The acceleration
-    /// costs a third of the run time, and is zero unless `with_acceleration`.
+    /// Carries `now` back to `time`, with the Earth model `earth` at `now`. `None` if `time` is before the oldest
+    /// entry. A `time` after `now` is reached forward with the last entry's mean specific force and rate. The
+    /// acceleration costs a third of the run time, and is zero unless `with_acceleration`.
     ///
     /// # Source
     /// Equations (M1) and (M2) of docs/equations.md.
@@ -243,7 +243,7 @@ impl<T: Scalar> History<T> {
             let left_s: T = back.state.time.seconds_since(time);
             let share = (left_s / entry.interval_s).min(T::ONE);
             travel_m += back.step(entry, share);
-            // An entry covered in part counts whole, with the attitude at that point.
+            // An entry covered only in part counts fully, with the attitude at that point.
             if with_acceleration && back.state.time <= latest {
                 change.add(&back.state, entry);
             }
@@ -264,7 +264,7 @@ impl<T: Scalar> History<T> {
                 return Some(back);
             }
         }
-        // Without history, only the present can be returned.
+        // Without history, only the present state can be returned.
         (back.age_s == T::ZERO && time == now.time).then_some(back)
     }
 }
@@ -289,8 +289,8 @@ impl<T: Scalar> Change<T> {
 }
 
 impl<T: Scalar> LookBack<T> {
-    /// Steps back by `share` of an entry; a negative share steps forward. Returns the displacement of the position, m,
-    /// which the caller applies once at the end.
+    /// Carries the state back by the fraction `share` of an entry, or forward if `share` is negative. Returns the
+    /// displacement of the position, m, which the caller applies once at the end.
     fn step(&mut self, entry: &Entry<T>, share: T) -> Vector<Ned, T> {
         let interval_s = share * entry.interval_s;
         let state = &mut self.state;

@@ -45,7 +45,8 @@ pub enum Channel {
     WheelsRight,
     /// Velocity of a vehicle on wheels perpendicular to its road, down, m/s.
     WheelsDown,
-    /// A row of a user's own sensor, of the number [`Measurement::sensor`](super::Measurement::sensor), in its unit.
+    /// A row of a user's own sensor with the number [`Measurement::sensor`](super::Measurement::sensor), in the unit of
+    /// that row.
     Own(u8),
 }
 
@@ -120,7 +121,8 @@ pub struct Innovation {
 }
 
 impl Innovation {
-    /// The innovation divided by its predicted one-sigma. In a consistent filter these are normal with unit variance.
+    /// The innovation divided by its predicted one-sigma. In a consistent filter, these quotients have a normal
+    /// distribution with unit variance.
     #[must_use]
     pub fn normalised(&self) -> f64 {
         self.innovation / self.sigma

@@ -23,13 +23,13 @@ impl JointCovariance {
     /// Equation (K17) of docs/equations.md.
     #[must_use]
     pub fn normalised_squared(&self, error: &[f64; ERRORS]) -> Option<f64> {
-        // P = L D Lᵀ, column by column; then the sum of (L⁻¹ e)²/D.
+        // Decomposition P = L D Lᵀ, column by column; then the sum of (L⁻¹ e)²/D.
         let mut factor = self.0;
         let mut left = *error;
         let mut sum = 0.0;
         for column in 0..ERRORS {
             let pivot = factor[column][column];
-            // The comparison also rejects NaN. Rounding leaves at most this share of a variance.
+            // The comparison also rejects NaN. Rounding leaves at most this fraction of a variance.
             let is_positive = pivot > 1e-12 * self.0[column][column];
             if !is_positive {
                 return None;

@@ -31,24 +31,30 @@ pub const BASE: usize = 15;
 pub trait Layout<const N: usize>:
     Copy + Default + core::fmt::Debug + Send + Sync + sealed::Sealed + 'static
 {
-    /// Scale factor errors of the three gyros.
+    /// Index of the scale factor error of the first of three gyros; `None` if the layout has no such states.
     const GYRO_SCALE: Option<usize> = None;
-    /// Scale factor errors of the three accelerometers.
+    /// Index of the scale factor error of the first of three accelerometers; `None` if the layout has no such states.
     const ACCEL_SCALE: Option<usize> = None;
-    /// Correlated error of the GPS position, m, north, east, down.
+    /// Index of the correlated error of the GPS position, m, north, then east and down. `None` if the layout has no
+    /// such states.
     const GPS_POSITION: Option<usize> = None;
-    /// Correlated error of the GPS velocity, m/s, north, east, down.
+    /// Index of the correlated error of the GPS velocity, m/s, north, then east and down. `None` if the layout has no
+    /// such states.
     const GPS_VELOCITY: Option<usize> = None;
-    /// Slow error of an attitude reference, rad, about north, east, down.
+    /// Index of the slow error of an attitude reference, rad, about north, then east and down. `None` if the layout has
+    /// no such states.
     const ATTITUDE_REFERENCE: Option<usize> = None;
-    /// Additional age of the GPS position relative to the velocity of the same fix, s. Receivers derive velocity from
-    /// the displacement since the previous fix, or smooth it, so the two are valid at different times.
+    /// Index of the additional age of the GPS position relative to the velocity of the same fix, s. `None` if the
+    /// layout has no such state. Receivers derive velocity from the displacement since the previous fix, or smooth it,
+    /// so the two are valid at different times.
     const LATENCY: Option<usize> = None;
-    /// Slow error of the barometric height, m.
+    /// Index of the slow error of the barometric height, m; `None` if the layout has no such state.
     const BARO: Option<usize> = None;
-    /// Age of a fix at its time stamp, beyond the declared latency, s.
+    /// Index of the age of a fix at its time stamp, beyond the declared latency, s. `None` if the layout has no such
+    /// state.
     const GPS_DELAY: Option<usize> = None;
-    /// Error of the ground height below the vehicle, m, up, needed to use a rangefinder.
+    /// Index of the error of the ground height below the vehicle, m, up; `None` if the layout has no such state. A
+    /// rangefinder needs this state.
     const GROUND: Option<usize> = None;
     /// Whether the filter assumes, while fixes are absent, that a vehicle on wheels moves only along its road.
     const WHEELS: bool = false;
@@ -92,7 +98,7 @@ pub(super) const fn is_sound<L: Layout<N>, const N: usize>() -> bool {
     N > BASE && N.is_multiple_of(2)
 }
 
-/// The fifteen base states.
+/// Layout of the fifteen base states alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Base;
 
@@ -100,7 +106,7 @@ impl sealed::Sealed for Base {}
 
 impl Layout<16> for Base {}
 
-/// The base and the scale factors of gyros and accelerometers.
+/// Layout of the base states and the scale factor errors of gyros and accelerometers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WithScaleFactors;
 

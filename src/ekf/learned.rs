@@ -19,9 +19,9 @@ pub struct Learned {
     pub suspicion: Suspicion,
     /// Factor on the variances of the inertial noise (K18).
     pub excess: f64,
-    /// Growth of the variance of each accelerometer bias while vibration changes, (m/s²)²/s (K24).
+    /// Growth of the variance of each accelerometer bias per second while vibration changes, (m/s²)²/s (K24).
     pub rectification: [f64; 3],
-    /// Share of the horizontal specific force that counts as motion (K23).
+    /// Fraction of the horizontal specific force that counts as motion (K23).
     pub level_share: f64,
     /// Ratio of the observed variance of the GPS errors to the stated or configured one: position, horizontal velocity,
     /// vertical velocity (M7).

@@ -1,4 +1,4 @@
-//! Share of the horizontal specific force that is motion and makes the heading observable.
+//! Fraction of the horizontal specific force that is motion and makes the heading observable.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use super::filter::Ekf;
@@ -10,18 +10,18 @@ use crate::frames::{Ned, Vector};
 
 /// Averaging time of the horizontal specific force, s.
 const AVERAGED_S: f64 = 1.0;
-/// Least squared mean force that counts as motion, in multiples of its own variance.
+/// Smallest squared mean force that counts as motion, in multiples of the variance of its error.
 const VARIANCES: f64 = 2.0;
 
-/// Recent mean of the horizontal specific force, and the share of it that is motion.
+/// Recent mean of the horizontal specific force, and the fraction of it that is motion.
 ///
 /// A heading error rotates every measured change of velocity. It also rotates noise, and the gravity component from an
-/// unknown tilt, but fixes cannot observe that rotation. Counted as motion, they would make the filter's heading more
-/// certain every second in a calm hover, without any information.
+/// unknown tilt, but fixes cannot observe that rotation. If both counted as motion, the filter's heading would become
+/// more certain every second in a calm hover, without any information.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LevelForce<T> {
     mean_mps2: [T; 2],
-    /// Variance of the mean's own error, both axes together, (m/s²)².
+    /// Variance of the mean's error, both axes together, (m/s²)².
     variance: T,
     share: T,
 }
@@ -30,7 +30,7 @@ impl<T: Scalar> LevelForce<T> {
     /// State before the first sample: the whole force counts as motion.
     pub const NONE: Self = Self { mean_mps2: [T::ZERO; 2], variance: T::ZERO, share: T::ONE };
 
-    /// Feeds the velocity change by specific force over a step, NED, m/s.
+    /// Feeds the velocity change by specific force over a sample interval, NED, m/s.
     pub fn push(&mut self, force_mps: Vector<Ned, T>, interval_s: T) {
         let averaged_s = T::of(AVERAGED_S);
         let left = (T::ONE - interval_s / averaged_s).max(T::ZERO);
@@ -44,7 +44,8 @@ impl<T: Scalar> LevelForce<T> {
         self.share = if squared > unsure { T::ONE - unsure / squared } else { T::ZERO };
     }
 
-    /// Part of a change of velocity or position by specific force that makes the heading observable.
+    /// Change of velocity or position by specific force, `force`, reduced horizontally to the fraction that makes the
+    /// heading observable.
     ///
     /// # Source
     /// Equation (K23) of docs/equations.md.
@@ -55,7 +56,8 @@ impl<T: Scalar> LevelForce<T> {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Updates the error variance of the mean horizontal force; called at intervals, because it changes slowly.
+    /// Updates the variance of the mean horizontal force's error. It is called at intervals, because the variance
+    /// changes slowly.
     ///
     /// # Source
     /// Equation (K23) of docs/equations.md.
@@ -181,7 +183,7 @@ mod tests {
         assert!((0.6..1.4).contains(&normalised), "{normalised}");
     }
 
-    /// Force beyond its own error counts almost fully and at once.
+    /// Force beyond its own error counts almost fully and at once as motion.
     #[test]
     fn a_manoeuvre_is_motion_within_a_tenth_of_a_second() {
         let mut force = LevelForce::<f64> { variance: 0.002, ..LevelForce::NONE };

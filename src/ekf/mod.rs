@@ -76,12 +76,12 @@ fn square<T: scalar::Scalar>(value: T) -> T {
     value * value
 }
 
-/// Converts to single precision, enough for quantities with errors of their own.
+/// Conversion to single precision, for quantities whose own errors are larger than its rounding.
 fn single<T: scalar::Scalar>(value: T) -> f32 {
     value.wide() as f32
 }
 
-/// Square root by the double-precision routine, which is linked anyway.
+/// Square root by the double-precision routine, which the program contains anyway.
 fn root(of: f32) -> f32 {
     scalar::Scalar::sqrt(f64::from(of)) as f32
 }

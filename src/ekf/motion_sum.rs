@@ -1,16 +1,16 @@
-//! Sum of the steps since the last propagation of the covariance.
+//! Sum of the motion since the last propagation of the covariance.
 
 use crate::frames::{Ned, Vector};
 use crate::ins::Increment;
 use crate::scalar::Scalar;
 
-/// Sums over steps of the mechanization, so that one propagation of the covariance covers all of them. Couplings
-/// between errors within the sum are neglected, as within one step.
+/// Sums over mechanization steps, so that one propagation of the covariance covers all of them. Couplings between
+/// errors within the sum are neglected, as within one step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MotionSum<T> {
-    /// Length, rotation and change of velocity.
+    /// Sums of duration, rotation and change of velocity.
     pub increment: Increment<T>,
-    /// Direction cosines of the attitude at the start of the last step, rows north, east, down.
+    /// Direction cosines of the attitude at the start of the last mechanization step, rows north, east, down.
     pub body_to_ned_rows: [[T; 3]; 3],
     /// Velocity change by specific force, m/s.
     pub force_mps: Vector<Ned, T>,
@@ -21,7 +21,7 @@ pub(super) struct MotionSum<T> {
 }
 
 impl<T: Scalar> MotionSum<T> {
-    /// Prepends earlier steps.
+    /// Adds the sum of earlier mechanization steps.
     pub fn add_before(&mut self, before: &Self) {
         self.increment.interval_s += before.increment.interval_s;
         self.increment.rotation_rad += before.increment.rotation_rad;
@@ -32,7 +32,7 @@ impl<T: Scalar> MotionSum<T> {
     }
 }
 
-/// Sum by axis.
+/// Sum of two triples, axis by axis.
 pub(super) fn sum<T: Scalar>([ax, ay, az]: [T; 3], [bx, by, bz]: [T; 3]) -> [T; 3] {
     [ax + bx, ay + by, az + bz]
 }

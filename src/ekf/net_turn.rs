@@ -5,8 +5,8 @@ use crate::scalar::Scalar;
 
 /// Net turn about each axis, with exponential decay, and its greatest square.
 ///
-/// A scale error turns a rotation into an attitude error of the same share, at any speed. The error vanishes when the
-/// vehicle turns back. Aiding corrects the error meanwhile, so an older turn decays.
+/// A scale factor error causes an attitude error proportional to the net turn, at any rate of turn. The error vanishes
+/// when the vehicle turns back. Measurements correct the error over time, so the effect of an older turn decays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NetTurn<T> {
     pub(super) angle_rad: [T; 3],
@@ -14,7 +14,7 @@ pub(super) struct NetTurn<T> {
 }
 
 impl<T: Scalar> NetTurn<T> {
-    /// No turn yet.
+    /// State before the first turn.
     pub const NONE: Self = Self { angle_rad: [T::ZERO; 3], greatest: [T::ZERO; 3] };
 
     /// Adds a rotation. Returns for each axis the growth of the squared net turn beyond its recent maximum, rad².

@@ -7,10 +7,10 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Prediction {
-    /// State and covariance were advanced by one step.
+    /// State and covariance were advanced by one sample interval.
     Stepped,
-    /// The interval before the sample is longer than the configured gap. It was integrated as one step, and the
-    /// covariance was widened by the motion that the gap may have hidden.
+    /// The interval before the sample is longer than the configured gap. The state coasted over it, and the covariance
+    /// was widened by the motion that the gap may have hidden.
     BridgedGap {
         /// Length of the interval, s.
         length_s: f64,
@@ -19,8 +19,8 @@ pub enum Prediction {
     Reset(ResetCause),
 }
 
-/// Cause of a reset of the covariance. Attitude, velocity and position are opened so far that the next fixes determine
-/// them; biases keep their estimates.
+/// Cause of a reset of the covariance. The variances of attitude, velocity and position become so large that the next
+/// fixes determine these states; biases keep their estimates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ResetCause {
@@ -29,7 +29,8 @@ pub enum ResetCause {
         /// Length of the interval, s.
         length_s: f64,
     },
-    /// The step would have led to where NED does not exist, or beyond 10 km/s; it was skipped.
+    /// The mechanization step would have led to a position without NED axes, or to a speed beyond 10 km/s; it was
+    /// skipped.
     Diverged,
     /// The attitude was inconsistent with the specific force according to the fixes, and was aligned again.
     Misaligned {
@@ -48,7 +49,7 @@ pub enum ImuFault {
     NotLater,
     /// More than a minute after the previous sample, and no other sample with such a time came right before it.
     FarAhead,
-    /// All readings are the same as before, in an inertial unit that vibrates: the unit did not measure.
+    /// All readings are the same as before, in an inertial unit that vibrates: it did not measure.
     Stuck,
     /// All readings lie on the straight line of the previous ones, in an inertial unit that vibrates: a logger
     /// interpolated missing samples.

@@ -11,7 +11,7 @@ use super::{single, square};
 use crate::imu::{Checks, FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 
-/// Estimated slow error of an attitude reference, in one-sigmas, above which the one-sigma is raised.
+/// Estimated slow error of an attitude reference, in one-sigmas, above which its one-sigma is raised.
 const UNUSUAL: f64 = 1.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -49,7 +49,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.samples.resting_rate_radps = self.samples.rest.push(sample.time, &mean, interval_s);
     }
 
-    /// Decay of the parameters over a step, and the noise that drives them.
+    /// Decay of the parameters over `interval_s`, and the noise that drives them.
     ///
     /// # Source
     /// Equation (K5) of docs/equations.md.
@@ -60,7 +60,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             // A time of -0 is within the accepted range; without `abs` its quotient would be −∞ and the decay would
             // grow.
             let lost = interval_s / T::of(time_s.abs());
-            // Below this limit the third-order series is exact to 1e-8, at a tenth of the cost.
+            // Below this limit the third-order series is exact to 1e-8, at a tenth of the cost of the exponential.
             let left = if lost < T::of(0.02) {
                 T::ONE - lost * (T::ONE - lost * (T::of(0.5) - lost * T::of(1.0 / 6.0)))
             } else {
@@ -122,7 +122,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Relaxation { decay, noise }
     }
 
-    /// Time, s, over which the parameters relax with a step of `interval_s`. `None` until [`RELAXED_EVERY_S`] has
+    /// Time, s, over which the parameters relax if `interval_s` is added. `None` until [`RELAXED_EVERY_S`] has
     /// accumulated: earlier, the change is too small to justify a pass over the covariance.
     fn relaxation_due_s(&mut self, interval_s: T) -> Option<T> {
         let since_s = self.unrelaxed_s + interval_s;
@@ -159,7 +159,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Adds a step of the mechanization, and propagates the covariance once enough steps have accumulated.
+    /// Adds a mechanization step, and propagates the covariance once enough steps have accumulated.
     pub(super) fn sum_up(
         &mut self,
         increment: &Increment<T>,
@@ -187,7 +187,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if let Some(before) = &self.unpropagated {
             motion.add_before(before);
         }
-        // The error hidden by a sensor at full scale grows within the interval, so a clipped step propagates at once.
+        // The error hidden by a sensor at full scale grows within the interval. So the covariance is propagated at once
+        // after a clipped sample.
         let waits = !self.samples.suspicion.is_clipped();
         if waits && motion.increment.interval_s < T::of(self.config.imu.covariance_interval_s) {
             self.unpropagated = Some(motion);
@@ -198,8 +199,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Propagates the covariance to the present. Needed before the covariance is read or opened for a measurement, and
-    /// before the state changes by anything except a step.
+    /// Propagates the covariance to the present. Needed before the covariance is read or raised for a measurement, and
+    /// before the state changes by anything except a mechanization step.
     pub(super) fn catch_up(&mut self, trace: &mut impl Trace<T, N>) {
         if let Some(motion) = self.unpropagated.take() {
             let transition = self.transition(&motion);
@@ -287,7 +288,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             T::of(imu.accel_vibration_time_s),
             self.samples.integrity.accel_vibration(),
         );
-        // Rates of two different samples, so that vibration does not count as turning.
+        // Product of rates from two different samples, so that vibration does not count as turning.
         let turned = match L::GYRO_SCALE {
             Some(_) => [T::ZERO; 3],
             None => {
@@ -355,11 +356,11 @@ const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;
 /// Ratio of gyro errors across the axis of a turn to errors about it: IMUs are aligned to half a degree.
 const ACROSS: f64 = 2.5;
 
-/// Largest one-sigma, rad, to which a gap opens roll and pitch: controlled flight near hover.
+/// Largest one-sigma, rad, that a gap adds to roll and pitch. It suits controlled flight near hover.
 const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
 
-/// Variance per second that noise adds to the integral of a triad, by axis. It is the larger of `walk`² and `share`²
-/// times the variance `vibration` times its correlation time `alike_s`, s.
+/// Variance per second that noise adds to the integral of a triad, by axis. It is the larger of two values: `walk`²,
+/// and the product of `share`², the variance `vibration` and its correlation time `alike_s`, s.
 #[inline(always)]
 fn density<T: Scalar>(walk: f64, share: f64, alike_s: T, vibration: [T; 3]) -> [T; 3] {
     let (walk, share) = (square(T::of(walk)), square(T::of(share)));
@@ -370,8 +371,8 @@ fn density<T: Scalar>(walk: f64, share: f64, alike_s: T, vibration: [T; 3]) -> [
     })
 }
 
-/// C diag(v) Cᵀ, upper triangle by rows: v₂ I + (v₀ − v₂) c₀ c₀ᵀ + (v₁ − v₂) c₁ c₁ᵀ, because the columns of C are
-/// orthonormal.
+/// C diag(v) Cᵀ, upper triangle by rows. The columns of C are orthonormal, so it equals v₂ I + (v₀ − v₂) c₀ c₀ᵀ + (v₁ −
+/// v₂) c₁ c₁ᵀ.
 fn turned<T: Scalar>(c: &[[T; 3]; 3], [v0, v1, v2]: [T; 3]) -> [T; 6] {
     let (d0, d1) = (v0 - v2, v1 - v2);
     let entry = |i: usize, j: usize| d0 * c[i][0] * c[j][0] + d1 * c[i][1] * c[j][1];

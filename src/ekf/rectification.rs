@@ -10,30 +10,30 @@ use crate::scalar::Scalar;
 pub(super) struct Rectification {
     /// Vibration before its last change, variance per axis, (m/s²)².
     before: [f32; 3],
-    /// Remaining time of the bias opening, s.
+    /// Remaining time, s, for which the bias variance grows.
     left_s: [f32; 3],
-    /// Growth of the bias variance per second, (m/s²)²/s.
+    /// Growth rate of the bias variance, (m/s²)²/s.
     opening: [f32; 3],
 }
 
-/// One-sigma of the bias step as a share of the vibration.
+/// One-sigma of the bias step as a fraction of the vibration.
 const SHARE: f32 = 0.1;
-/// Share of the variance that opens a horizontal bias. Fixes separate it from tilt only after minutes, and a needless
-/// opening costs attitude accuracy meanwhile.
+/// Fraction of the variance growth for a horizontal bias. Fixes separate such a bias from tilt only after minutes.
+/// Until then, unnecessary growth costs attitude accuracy.
 const LEVEL: f32 = 0.25;
-/// Time over which the opening is spread, s.
+/// Time over which the growth of the bias variance is spread, s.
 const SPREAD_S: f32 = 2.0;
 /// Factor by which the variance of a vibration must grow or fall to count as a change.
 const COMES: f32 = 4.0;
-/// Least vibration, (m/s²)², that counts as one of motors: a smaller one comes from hands and wind.
+/// Smallest vibration, (m/s²)², that counts as vibration of motors: hands and wind cause less.
 const LEAST: f32 = 0.04;
 
 impl Rectification {
     /// State before any vibration.
     pub const NONE: Self = Self { before: [0.0; 3], left_s: [0.0; 3], opening: [0.0; 3] };
 
-    /// Feeds the recent `vibration`, variance per axis, (m/s²)², over a step. `assumed_mps2` is the assumed one-sigma
-    /// of the biases.
+    /// Feeds the recent `vibration`, variance per axis, (m/s²)², over a sample interval. `assumed_mps2` is the assumed
+    /// one-sigma of the biases.
     pub fn push<T: Scalar>(&mut self, vibration: [T; 3], interval_s: T, assumed_mps2: f64) {
         let axes = self.before.iter_mut().zip(vibration);
         for ((before, now), (left_s, opening)) in
@@ -70,7 +70,8 @@ impl Rectification {
 mod tests {
     use super::*;
 
-    /// Opening of a vertical bias of 0.05 m/s², m/s², over `seconds` of a vibration of `rms_mps2`.
+    /// One-sigma added to the biases, m/s², over `seconds` of a vertical vibration of `rms_mps2`. The assumed one-sigma
+    /// of the biases is 0.05 m/s².
     fn opened(watch: &mut Rectification, seconds: i32, rms_mps2: f64) -> [f64; 3] {
         let mut variance = [0.0; 3];
         for _ in 0..100 * seconds {
@@ -93,7 +94,7 @@ mod tests {
             assert!(x == 0.0 && y == 0.0, "{x} {y}");
             assert!((z - expected_mps2).abs() < 0.001, "{rms_mps2}: {z}, expected {expected_mps2}");
         }
-        // A log that begins in flight.
+        // A log that begins in flight, with the motors running.
         let mut watch = Rectification::NONE;
         let [.., z] = opened(&mut watch, 20, 5.0);
         assert!((z - 0.05).abs() < 0.001, "{z}");

@@ -16,26 +16,28 @@ use crate::time::Time;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SelfContradiction<T> {
     last: Option<Reading>,
-    /// Change of velocity by specific force since the last fix.
+    /// Change of velocity by specific force since the last fix, m/s.
     felt_mps: Vector<Ned, T>,
-    /// Whether samples since then are missing or were at full scale.
+    /// Whether samples since the last fix are missing or were at full scale.
     in_part: bool,
     unexplained: Unexplained,
     usual_mps: Usual,
     usual_m: Usual,
     /// Largest recent accelerations, horizontal and vertical, m/s².
     agility_mps2: [f32; 2],
-    /// Number of recent contradictions, less the number of usual fixes, 0 to [`MOST`].
+    /// Number of recent contradictions minus the number of later usual fixes, 0 to [`MOST`].
     contradictions: u8,
     /// Time of the last contradiction.
     contradicted: Time,
-    /// Whether a contradiction was proven, and not all of it has been withdrawn since.
+    /// Whether a contradiction is proven. Usual fixes end the proof once they have reduced `contradictions` to zero.
     proven: bool,
-    /// Last change of velocity minus the measured one, m/s.
+    /// Last change of the receiver's velocity minus the change measured by the inertial unit, m/s.
     left_mps: [f32; 3],
-    /// Sum of these changes since a jump, m/s, its largest length, and the time of the jump.
+    /// Sum of these differences since a velocity jump, m/s.
     jump_mps: [f32; 3],
+    /// Largest length of that sum, m/s; zero without a jump.
     farthest_mps: f32,
+    /// Time of the velocity jump.
     jumped: Time,
 }
 
@@ -55,12 +57,12 @@ struct Unexplained {
 }
 
 /// Mean squares of a change that the other measurements do not explain: horizontal, of one axis, and vertical, m² or
-/// (m/s)². A receiver is judged by its own past: its stated one-sigmas may be too large, and the learned ones grow with
-/// garbage.
+/// (m/s)². A receiver is judged by its own past: its stated one-sigmas may be too large, and faulty fixes enlarge the
+/// learned one-sigmas.
 #[derive(Clone, Copy, Debug)]
 struct Usual {
     mean_squares: [f32; 2],
-    /// Time over which they were learned, s, at most [`USUAL_S`].
+    /// Time over which the mean squares were learned, s, at most [`USUAL_S`].
     learned_s: f32,
 }
 
@@ -121,41 +123,43 @@ impl Unexplained {
 
 /// Shortest interval between compared fixes, s: over shorter ones, drift cannot be separated from motion.
 const LEAST_S: f64 = 0.8;
-/// Longest interval between compared fixes, s.
+/// Longest interval between two compared fixes, s.
 const LONGEST_S: f64 = 2.5;
 /// Usual error of a velocity change, m/s, from vibration and a swinging antenna.
 const AGREEMENT_MPS: f64 = 1.0;
-/// Factor on the recent acceleration, which then explains a change of velocity for any heading and any delay of the
-/// fixes.
+/// Factor on the recent acceleration. A change of velocity up to this product is explained for any heading and any
+/// delay of the fixes.
 const EXPLAINS: f64 = 2.0;
 /// Time constant of the recent acceleration, s.
 const AGILE_S: f64 = 3.0;
-/// Error of a velocity change from timing, as a share of the change.
+/// Error of a velocity change from timing, as a fraction of the change.
 const TIMING: f64 = 0.3;
 /// Usual error of a change of position, m.
 const AGREEMENT_M: f64 = 5.0;
-/// Possible deviation of the velocity between two fixes from the mean of both, as a share of the velocity change.
+/// Possible deviation of the velocity between two fixes from the mean of both, as a fraction of the velocity change.
 const MEANWHILE: f64 = 0.5;
-/// Time constant of the usual changes, s, and the time after which they count.
+/// Time constant of the usual changes, s.
 const USUAL_S: f32 = 30.0;
+/// Time, s, after which the learned mean squares are used.
 const LEARNED_S: f32 = 10.0;
-/// Weight of an unusual change: garbage of a minute must not become usual, but a receiver that stays worse for two must.
+/// Weight of an unusual change. Faulty fixes of one minute must not become usual, but a receiver that stays worse for
+/// two minutes must.
 const UNUSUAL: f32 = 0.25;
-/// Largest change that is learned, in root mean squares for which its limit would be right.
+/// Largest change that is learned, in multiples of the root mean square that belongs to its limit.
 const MOST_LEARNED: f64 = 2.0;
-/// Number of root mean squares of the usual changes allowed.
+/// Limit of a usual change, in multiples of the learned root mean square.
 const LEARNED: f64 = 5.0;
-/// Number of one-sigmas allowed for the two fixes together.
+/// Limit of a usual change, in one-sigmas of a fix: five one-sigmas of the difference of two fixes.
 const SIGMAS: f64 = 5.0 * core::f64::consts::SQRT_2;
 /// Time, s, after a velocity jump during which fixes do not reset the filter, unless the velocity returns.
 const JUMPED_S: f64 = 15.0;
-/// Number of contradictions from which fixes are rejected, even if one agrees with the filter by chance, until usual
-/// fixes have withdrawn them all.
+/// Number of contradictions from which fixes are rejected, even if a fix agrees with the filter by chance. Usual fixes
+/// must withdraw all contradictions before fixes are used again.
 const REJECTED_FROM: u8 = 2;
-/// Longest time, s, for which a contradiction counts: rejected fixes leave the attitude to drift, and then no fix is
+/// Longest time, s, for which a contradiction counts. While fixes are rejected the attitude drifts, and then no fix is
 /// usual.
 const CONTRADICTED_S: f64 = 30.0;
-/// Upper limit of the count.
+/// Upper limit of the number of contradictions.
 const MOST: u8 = 3;
 
 impl<T: Scalar> SelfContradiction<T> {
@@ -177,15 +181,15 @@ impl<T: Scalar> SelfContradiction<T> {
         jumped: Time::ZERO,
     };
 
-    /// Adds the velocity change by specific force over a step, m/s; `whole` is true if the inertial unit measured all
-    /// of it.
+    /// Adds the velocity change by specific force over a sample interval, m/s. `whole` is true if the inertial unit
+    /// measured all of it.
     pub fn add(&mut self, felt_mps: Vector<Ned, T>, whole: bool) {
         self.felt_mps += felt_mps;
         self.in_part |= !whole;
     }
 
-    /// Whether the last fixes contradicted each other, or a velocity jump has not returned. Such fixes do not reset the
-    /// filter.
+    /// Whether the last fixes contradicted each other, or a velocity jump has not returned. The filter is not reset to
+    /// such fixes.
     pub fn is_suspected(&self) -> bool {
         self.contradictions > 0 || self.farthest_mps > 0.0
     }
@@ -284,8 +288,8 @@ impl<T: Scalar> SelfContradiction<T> {
         }
     }
 
-    /// Feeds an unmeasured change of velocity, and whether every attitude contradicts it. A change that continues
-    /// unaltered is not a jump: it comes from a bias step or a wrong tilt.
+    /// Feeds the part of a velocity change that the inertial unit did not measure, and whether no attitude explains it.
+    /// A part that repeats from fix to fix is not a jump: it comes from a bias step or a wrong tilt.
     fn judge_jump(&mut self, time: Time, left: Vector<Ned>, is_impossible_at_any_attitude: bool) {
         let left = left.to_array().map(|left| left as f32);
         let before = core::mem::replace(&mut self.left_mps, left);
@@ -331,7 +335,7 @@ fn length([x, y, z]: [f32; 3]) -> f32 {
     libm::sqrtf(x * x + y * y + z * z)
 }
 
-/// Sets the horizontal and the vertical part of a vector to zero if within these limits.
+/// Sets the horizontal part of a vector to zero if within its limit, and likewise the vertical part.
 fn beyond([north, east, down]: [f64; 3], [level, vertical]: [f64; 2]) -> [f32; 3] {
     let [north, east] =
         if square(north) + square(east) > square(level) { [north, east] } else { [0.0; 2] };

@@ -11,7 +11,7 @@ pub struct Setting {
     pub unit: &'static str,
     /// Smallest and largest value with which `hovernav fly` flies; an estimator accepts more.
     pub in_flight: [f64; 2],
-    /// Whether 0, in the sense of "unknown", permits a flight too.
+    /// Whether 0, in the sense of "unknown", is also accepted for a flight.
     pub or_zero: bool,
 }
 
@@ -51,8 +51,8 @@ macro_rules! or_zero {
     };
 }
 
-/// Declares a group of settings: each with its doc, its default, if less than [`MOST_SETTING`] its largest value, its
-/// range in flight and its unit. All are `f64`, and readable by name from a configuration file.
+/// Declares a group of settings. Each has its doc, its default, its range in flight, its unit, and its largest value if
+/// that is less than [`MOST_SETTING`]. All are `f64`, and readable by name from a configuration file.
 macro_rules! settings {
     ($(#[$group:meta])* $name:ident {
         $($(#[$field:meta])* $key:ident = $default:literal $(to $most:literal)?,
@@ -60,8 +60,8 @@ macro_rules! settings {
     }) => {
         $(#[$group])*
         ///
-        /// To change some, write them before `..Default::default()`, or take the default and assign to its fields.
-        /// Both ways stay valid when a setting is added.
+        /// To change some settings, write them before `..Default::default()`, or take the default and assign to its
+        /// fields. Both ways stay valid when a setting is added.
         #[derive(Clone, Copy, Debug, PartialEq)]
         #[cfg_attr(
             feature = "serde",

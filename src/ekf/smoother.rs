@@ -9,13 +9,13 @@
 //!
 //! and through every propagation by λ ← Φᵀ λ, Λ ← Φᵀ Λ Φ. At a sample with filtered covariance P the smoothed error
 //! state is −P λ, its covariance P − P Λ P. The result equals that of the Rauch–Tung–Striebel form without inverting a
-//! covariance: the only divisor is an innovation's variance s. So states that are known exactly, or not yet opened, do
-//! no harm.
+//! covariance: the only divisor is an innovation's variance s. So states that are known exactly, or whose variance is
+//! still zero, do no harm.
 //!
 //! Other actions of the filter need no record. Its corrections move the estimate but not the error's statistics: λ
 //! gives the error of each estimate *at its own time*. Adding to a variance is process noise under the identity as
-//! transition. A rejected axis has no effect. If states are opened again with their correlations removed, later data
-//! have no information about their previous values: their rows of λ and Λ become zero.
+//! transition. A rejected axis has no effect. If the variances of states are reset and their correlations removed,
+//! later data contain no information about the previous values. So their rows of λ and Λ become zero.
 //!
 //! The smoother is as linear as the filter: it uses the transitions and sensitivities of the forward run.
 //!
@@ -25,9 +25,9 @@
 //! update: 0.6 kB. An hour at 100 Hz takes 1.3 GB, unless it is smoothed in parts: see [`Smoother::smooth_before`].
 //!
 //! # Source
-//! G. J. Bierman (1973), Fixed interval smoothing with discrete measurements, *International Journal
-//! of Control* 18 (1), 65–75; A. E. Bryson and M. Frazier (1963), Smoothing for linear and nonlinear
-//! dynamic systems, the form modified.
+//! G. J. Bierman (1973), Fixed interval smoothing with discrete measurements, *International Journal of Control* 18
+//! (1), 65–75; A. E. Bryson and M. Frazier (1963), Smoothing for linear and nonlinear dynamic systems, the form
+//! modified.
 #![expect(
     clippy::indexing_slicing,
     reason = "every index is below the number of states, which `Layout` fixes for a whole loop"
@@ -78,7 +78,7 @@ pub struct Smoother<L, const N: usize> {
     filter: Option<Ekf<L, N>>,
 }
 
-/// Kind of the next action; its details are at the end of the list of that kind.
+/// Kind of a recorded action. Its details are at the end of the list of that kind.
 #[derive(Clone, Copy, Debug)]
 enum Record {
     Propagated,
@@ -104,7 +104,7 @@ struct Sample<const N: usize> {
     ambiguity_m: [f32; 2],
 }
 
-/// Information from the later part of the log about the error state at a moment; zero by default, at the end of the
+/// Information from the later part of the log about the error state at a moment. Zero by default, as at the end of the
 /// log.
 #[derive(Clone, Debug)]
 pub struct Adjoint<const N: usize> {
@@ -178,9 +178,9 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
         self.smooth_before(&mut Adjoint::default())
     }
 
-    /// [`smooth`](Self::smooth) for a part of a log. `adjoint` holds the information from the log after the part, and
-    /// on return that from the beginning of the part. So a long log is smoothed part by part, from the last to the
-    /// first, with bitwise identical results.
+    /// [`smooth`](Self::smooth) for a part of a log. `adjoint` holds the information from the log after the part. On
+    /// return it holds the information from the beginning of the part on. So a long log is smoothed part by part, from
+    /// the last to the first, with bitwise identical results.
     #[must_use]
     pub fn smooth_before(mut self, adjoint: &mut Adjoint<N>) -> Vec<Solution> {
         let mut solutions = Vec::with_capacity(self.samples.len());
@@ -322,7 +322,7 @@ impl<const N: usize> Adjoint<N> {
         filter.angular_rate_radps = sample.angular_rate_radps - Vector::new(x, y, z);
         filter.covariance = Covariance::from_rows(covariance);
         filter.correct(&correction);
-        // No controller holds a heading of the past.
+        // A smoothed solution is past, so no controller needs its heading revision.
         let mut solution = filter.unambiguous_solution();
         solution.widen(sample.ambiguity_m);
         Solution { heading_revision_rad: 0.0, ..solution }

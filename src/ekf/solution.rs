@@ -72,11 +72,11 @@ impl Solution {
     }
 }
 
-/// Velocity, in one-sigmas, beyond which the vehicle moves.
+/// Number of one-sigmas of the velocity by which a moving vehicle exceeds a speed limit.
 const MOVES_SIGMAS: f64 = 3.0;
 
 impl<T: Scalar> Solution<T> {
-    /// Whether the speed exceeds `least_mps` plus the velocity's own error.
+    /// Whether the speed exceeds `least_mps` plus three one-sigmas of the velocity.
     pub(super) fn moves(&self, least_mps: f64) -> bool {
         let [north, east, down] = self.velocity_sigma_mps.to_array();
         let still_mps = T::of(least_mps) + T::of(MOVES_SIGMAS) * north.max(east).max(down);
@@ -84,7 +84,7 @@ impl<T: Scalar> Solution<T> {
     }
 
     /// Enlarges the one-sigma of position by further possible errors, horizontal and vertical, m.
-    // Inlined: in most steps there is nothing to do, and the call would cost more than that.
+    // Inlined: for most samples there is nothing to do, and the call would cost more than that.
     #[inline(always)]
     pub(super) fn widen(&mut self, [level_m, vertical_m]: [f32; 2]) {
         if level_m <= 0.0 && vertical_m <= 0.0 {
@@ -96,7 +96,7 @@ impl<T: Scalar> Solution<T> {
             Vector::new(wider(north, level_m), wider(east, level_m), wider(down, vertical_m));
     }
 
-    /// u, v, w: the point's velocity in body axes, m/s.
+    /// Velocity of the solution's point in body axes, u, v, w, m/s.
     #[must_use]
     pub fn velocity_body_mps(&self) -> Vector<Body, T> {
         self.body_to_ned.inverse() * self.velocity_mps
@@ -140,9 +140,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.moment().solution(&self.mounting)
     }
 
-    /// Covariance of the solution's position (north, east, down, m), velocity (m/s) and roll, pitch and yaw (rad), at the
-    /// point of the solution. Its diagonal is the square of the solution's one-sigmas, with two exceptions: the one-sigmas
-    /// of position also contain an ambiguity (equation K9), and that of an undefined yaw is limited to π.
+    /// Covariance of the solution at its point: position north, east, down, m, velocity, m/s, then roll, pitch and yaw,
+    /// rad. Its diagonal is the square of the solution's one-sigmas, with two exceptions. The one-sigmas of position
+    /// also contain an ambiguity (equation K9), and the one-sigma of an undefined yaw is limited to π.
     ///
     /// # Source
     /// Equations (K11) and (K12) of docs/equations.md.
@@ -274,13 +274,13 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
         })
     }
 
-    /// Derivative of roll, pitch and yaw by the attitude error in NED.
+    /// Derivative of roll, pitch and yaw with respect to the attitude error in NED.
     #[inline(always)]
     fn euler_rows(&self) -> [[T; 3]; 3] {
-        // Sines and cosines come from the direction of the nose.
+        // Sines and cosines come from the direction of the forward axis.
         let [[north, ..], [east, ..], [down, ..]] = self.state.body_to_ned.rows();
         let level = (north * north + east * east).sqrt();
-        // With the nose straight up or down, yaw is undefined; the limit bounds the effect of 1/cos on roll and yaw.
+        // With the forward axis vertical, yaw is undefined; the limit bounds the effect of 1/cos on roll and yaw.
         let (sin_yaw, cos_yaw) =
             if level > T::of(1e-6) { (east / level, north / level) } else { (T::ZERO, T::ONE) };
         let cos_pitch = level.max(T::of(0.02));
@@ -293,8 +293,8 @@ impl<T: Scalar, const N: usize> Estimate<'_, T, N> {
     }
 }
 
-/// Error of axis `axis` of a point's position or velocity, whose states begin at `first`, as a sum of the filter's
-/// states: δ(point) = δ(unit) − [arm ×] ψ, with `arm` in NED.
+/// Error of axis `axis` of a point's position or velocity, as a sum of the filter's states, which begin at `first`.
+/// δ(point) = δ(IMU) − [arm ×] ψ, with `arm` in NED.
 #[inline(always)]
 fn point_terms<T: Scalar>(first: usize, arm: [T; 3], axis: usize) -> [(usize, T); 3] {
     let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);

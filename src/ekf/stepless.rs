@@ -7,9 +7,11 @@ use super::trace::Trace;
 use crate::frames::{Ned, Vector};
 use crate::time::Time;
 
-/// Limits, m/s and m, of the corrections not yet released. Larger ones mean that the solution was replaced: they are
-/// applied at once. A replaced heading is released gradually, at any size of the turn.
+/// Largest velocity correction not yet released, m/s. A larger one means that the solution was replaced: it is applied
+/// at once. A replaced heading is released gradually, at any size of the turn.
 const ANOTHER_MPS: f64 = 10.0;
+/// Largest position correction not yet released, m. A larger one means that the solution was replaced: it is applied at
+/// once.
 const ANOTHER_M: f64 = 100.0;
 
 /// Holds back the corrections by measurements, and releases them with a time constant.
@@ -42,7 +44,7 @@ pub struct SteplessSolution<T = f64> {
     attitude_rad: PendingCorrection<T>,
     /// Pending correction of the heading, rad, released as a rotation about down in addition to the attitude.
     heading_revision_rad: PendingCorrection<T>,
-    /// Sum of the heading revisions up to the previous solution, rad.
+    /// Heading revision of the previous solution, rad.
     revised_rad: T,
     velocity_mps: PendingCorrection<T>,
     position_m: PendingCorrection<T>,
@@ -60,12 +62,14 @@ struct PendingCorrection<T> {
 }
 
 impl<T: Scalar> PendingCorrection<T> {
-    /// Releases over `elapsed_s`, which is `times` time constants of rate `per_s` and leaves `share` of it.
+    /// Releases part of the correction over `elapsed_s`, which is `times` time constants. `per_s` is the inverse of the
+    /// time constant, and `share` is exp(−`times`).
     fn let_out(&mut self, elapsed_s: T, times: T, per_s: T, share: T) {
         let drive = self.rate_per_s + self.left * per_s;
         self.left = (self.left + drive * elapsed_s) * share;
         self.rate_per_s = (self.rate_per_s - drive * times) * share;
-        // Without corrections it would decay to denormal numbers, with which processors compute a hundred times slower.
+        // Without new corrections the held-back part would decay to denormal numbers, with which processors compute a
+        // hundred times slower.
         let forgotten = T::of(FORGOTTEN);
         if self.left.is_shorter_than(forgotten) && self.rate_per_s.is_shorter_than(forgotten) {
             *self = Self::default();
@@ -74,14 +78,14 @@ impl<T: Scalar> PendingCorrection<T> {
 }
 
 impl<T: Scalar> Default for SteplessSolution<T> {
-    /// With a time constant of 0.35 s: four fifths of a correction are released before the next fix.
+    /// With a time constant of 0.35 s: four fifths of a correction are released within a second.
     fn default() -> Self {
         Self::new(0.35)
     }
 }
 
 impl<T: Scalar> SteplessSolution<T> {
-    /// A filter without held-back corrections; the time constant `time_constant_s` is clamped to 0.05 to 10 s.
+    /// State without held-back corrections; the time constant `time_constant_s` is clamped to 0.05 to 10 s.
     #[must_use]
     pub fn new(time_constant_s: f64) -> Self {
         Self {

@@ -16,9 +16,9 @@ use crate::gps::Fix;
 use crate::ins::{NavState, Start};
 use crate::time::Time;
 
-/// Least one-sigma of roll and pitch with a heading just found, rad: the guesses share their model errors.
+/// Minimum one-sigma of roll and pitch with a heading just found, rad: the hypotheses share their model errors.
 const FOUND_TILT_RAD: f64 = 0.03;
-/// A heading source used within this time, s, counts as available.
+/// Time, s, within which a heading source must have been used to count as available.
 const HEADING_GIVEN_S: f64 = 10.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -36,14 +36,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Result<(), Unusable> {
         self.catch_up(trace);
         if fix.horizontal_velocity_mps.is_none() {
-            // Without a heading and a velocity to follow, the filter cannot contradict a position.
+            // Without a heading and a measured velocity, the filter has no evidence against a position.
             self.gates.note_position_divergence(fix.time);
         }
         let parameters = self.parameters;
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
         let learned = self.gps_learned;
         let result = self.fuse_gps(fix, report, trace);
-        // The errors of a velocity are learned with a known heading only; those of a position alone likewise.
+        // The errors of a velocity are learned only with a known heading. So are the errors of a position without a
+        // velocity.
         let [before, level, down] = learned;
         let [found, ..] = self.gps_learned;
         let has_velocity = fix.horizontal_velocity_mps.is_some();
@@ -68,8 +69,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         result
     }
 
-    /// Adopts attitude, horizontal velocity and gyro bias from the heading search. Returns `false`, and changes nothing,
-    /// if they are impossible for a vehicle.
+    /// Adopts attitude, horizontal velocity and gyro bias from the heading search. Returns `false`, and changes
+    /// nothing, if they are impossible for a vehicle.
     ///
     /// # Source
     /// Equation (H6) of docs/equations.md.
@@ -93,7 +94,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.catch_up(trace);
         let GuessedMotion { body_to_ned, velocity_mps, .. } = *motion;
         let turned = (body_to_ned * self.state.body_to_ned.inverse()).rotation_vector();
-        // The vertical velocity needs no heading, and the guesses have no accelerometer bias.
+        // The vertical velocity needs no heading, and the hypotheses have no accelerometer bias.
         let [north, east, _] = velocity_mps.to_array();
         let velocity_mps = Vector::new(north, east, self.state.velocity_mps.z());
         let state = NavState { body_to_ned, velocity_mps, ..self.state };

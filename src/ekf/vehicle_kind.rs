@@ -18,12 +18,13 @@ pub enum VehicleKind {
     Multirotor,
     /// Aeroplane.
     FixedWing,
-    /// Vehicle on wheels. From 2.5 s after the last fix it is held to its road, from the first sample on: the line is
-    /// found from the fixes, and is uncertain by the mounting of the inertial unit before that. Only layouts with
+    /// Vehicle on wheels. From 2.5 s after the last fix, the filter limits its velocity to the direction of the road,
+    /// from the first sample on. The fixes show the direction of travel in the inertial unit's axes. Until then it is
+    /// as uncertain as the mounting of the inertial unit. Only layouts with
     /// [`WHEELS`](crate::ekf::layout::Layout::WHEELS) have this constraint; in others the kind has no effect.
     Wheeled,
     /// Vessel on water.
     Boat,
-    /// Unit in a hand or on a person.
+    /// Inertial unit in a hand or on a person.
     Handheld,
 }

@@ -1,25 +1,27 @@
 //! Vehicles on wheels. They move along their road, not sideways or upwards; this constraint limits the drift while
-//! fixes are absent. The [`VehicleKind`] declares whether the vehicle rolls on wheels; without it, the velocity shows.
+//! fixes are absent. The [`VehicleKind`] declares whether the vehicle rolls on wheels; without a declaration, the
+//! velocity from the fixes shows it.
 //!
-//! The velocity of a car across its own forward axis has three causes. A misaligned inertial unit adds a share of the
-//! speed; the distance from the unsteered axle adds a share of the turn rate. Springs and tyres yield to a force: a car
-//! that accelerates raises its nose, and in a turn its tyres slip. All are estimated while fixes are available. The
-//! residual shows whether the vehicle rolls on wheels: no aircraft has so small a residual.
+//! The velocity of a car across its own forward axis has three causes. A misaligned inertial unit adds a velocity
+//! proportional to the speed. The distance from the unsteered axle adds a velocity proportional to the turn rate.
+//! Springs and tyres yield to a force: a car that accelerates raises its nose, and in a turn its tyres slip. All are
+//! estimated while fixes are available. The residual shows whether the vehicle rolls on wheels: no aircraft has so
+//! small a residual.
 
 use super::vehicle_kind::VehicleKind;
 use super::{root, square};
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::time::Time;
 
-/// Velocity to the right and downwards as observed with fixes.
+/// Monitor of the velocity to the right and downwards, observed while fixes are available.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WheelWatch {
     right: Track,
     down: Track,
-    /// Accumulated turn while the velocity was observed well, rad.
+    /// Turn accumulated while the velocity was observed well, rad.
     turned_rad: f32,
-    /// Bank in turns: weighted sums of the sine of the bank times the centripetal acceleration in g, and of the square
-    /// of that acceleration.
+    /// Weighted sums for the bank in turns. First: sine of the bank times the centripetal acceleration in g. Second:
+    /// square of that acceleration.
     banked: [f32; 2],
     /// Slowest and fastest observed speed, m/s.
     speeds_mps: [f32; 2],
@@ -41,15 +43,15 @@ pub(super) enum Across {
     Down,
 }
 
-/// Line along which the vehicle rolls, in the inertial unit's axes.
+/// Direction of travel of a vehicle on wheels, in the inertial unit's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Line {
-    /// Velocity across per forward velocity.
+    /// Ratio of the velocity across to the forward velocity.
     pub slope: f32,
     /// Lever arm, m: velocity across per angular rate. The rate is about the axis perpendicular to the forward axis and
     /// to that velocity.
     pub arm_m: f32,
-    /// Variance of the residual, (m/s)², inflated so that samples every [`INTERVAL_S`] may count as white.
+    /// Variance of the residual, (m/s)², enlarged so that samples every [`INTERVAL_S`] count as white.
     pub variance: f32,
 }
 
@@ -58,14 +60,14 @@ pub(super) struct Line {
 pub(super) struct Seen {
     pub forward_mps: f32,
     pub rate_radps: f32,
-    /// Specific force along the line for the velocity downwards, across it for the velocity to the right, m/s².
+    /// Specific force, m/s²: forward for the velocity downwards, to the right for the velocity to the right.
     pub force_mps2: f32,
     pub across_mps: f32,
-    /// Variance of the residual from the filter's own errors, (m/s)².
+    /// Variance of the residual due to the filter's own errors, (m/s)².
     pub own_variance: f32,
 }
 
-/// Slowest motion that is used, m/s: a hover is slow too.
+/// Minimum speed of a motion that is used, m/s: a slower motion may be a hover.
 pub(super) const SLOWEST_MPS: f32 = 3.0;
 /// Interval of the constraint, s.
 pub(super) const INTERVAL_S: f64 = 0.2;
@@ -81,35 +83,39 @@ const SLOPE_SIGMA: f32 = 0.003;
 const PRIORS: [f32; CAUSES] = [0.1, 1.0, 0.01];
 /// Time constant of the specific force, s: springs and tyres do not follow faster changes.
 const FORCE_S: f32 = 0.3;
-/// Memory, s, of the observations of the line; and of the residual.
+/// Memory of the observations of the direction of travel, s.
 const MEMORY_S: f32 = 300.0;
+/// Memory of the residual, s.
 const LEFT_MEMORY_S: f32 = 60.0;
-/// The vehicle is found to roll on wheels with a residual below `ROLLS_MPS`, m/s. This requires `ROLLS_S` seconds of
-/// observation as accurate as a car's usual residual, and half a turn.
+/// Residual, m/s, below which the vehicle is found to roll on wheels.
 const ROLLS_MPS: f32 = 0.15;
+/// Minimum time of observation, s, before the vehicle is found to roll on wheels. An observation as accurate as a car's
+/// usual residual counts fully.
 const ROLLS_S: f32 = 10.0;
+/// Minimum accumulated turn, rad, before the vehicle is found to roll on wheels.
 const HALF_A_TURN_RAD: f32 = core::f32::consts::PI;
-/// An aircraft banks into its turns; a vehicle on wheels rolls outwards. Threshold as a share of the coordinated bank.
+/// An aircraft banks into its turns; a vehicle on wheels rolls outwards. Threshold as a fraction of the coordinated
+/// bank.
 const BANKS: f32 = 0.5;
 /// Growth of the slope's one-sigma outside the observed speeds, per m/s, from angle of attack or sideslip.
 const BEYOND: f32 = 0.005;
 /// Residual assumed after a vehicle has violated the constraint, m/s.
 const VIOLATED_MPS: f32 = 1.0;
-/// Mean normalised innovation that indicates a vehicle slowly leaving its road. A car's mean stays within 0.3: the
-/// residual is correlated, and [`Line::variance`] is inflated for it.
+/// Mean normalised innovation above which a vehicle slowly leaves its road. A car's mean stays within 0.3: the residual
+/// is correlated, and [`Line::variance`] is enlarged for it.
 const BIASED: f32 = 0.75;
-/// Longest interval, s, that one reading counts for.
+/// Longest interval, s, for which one reading counts.
 const LONGEST_S: f32 = 1.0;
 
 /// Number of causes of a velocity across: slope, arm and compliance.
 const CAUSES: usize = 3;
 
-/// Least squares of one component of the velocity across.
+/// Least-squares estimate from one component of the velocity across.
 #[derive(Clone, Copy, Debug)]
 struct Track {
     information: [[f32; CAUSES]; CAUSES],
     moments: [f32; CAUSES],
-    /// Variance of the residual beyond the filter's own, (m/s)²; may be negative by chance.
+    /// Variance of the residual beyond the filter's own variance, (m/s)²; may be negative by chance.
     left: f32,
     /// Observation time, weighted by accuracy relative to a car's usual residual, s.
     seen_s: f32,
@@ -259,13 +265,13 @@ impl WheelWatch {
         };
     }
 
-    /// Whether the vehicle rolls on wheels, once after each change.
+    /// Whether the vehicle rolls on wheels; `Some` once after each change.
     pub fn next_report(&mut self) -> Option<bool> {
         let before = core::mem::replace(&mut self.is_reported, self.is_active);
         (before != self.is_active).then_some(self.is_active)
     }
 
-    /// Whether the constraint is due at `time`; if so, `time` becomes the last one.
+    /// Whether the constraint is due at `time`. If so, `time` becomes the time of the last constraint.
     pub fn is_due(&mut self, time: Time) -> bool {
         let is_due = self.is_active && time - self.seen >= INTERVAL_S;
         if is_due {
@@ -275,7 +281,7 @@ impl WheelWatch {
     }
 
     /// Feeds the normalised innovations to the right and downwards, before the constraint is applied. Returns `true` if
-    /// the motion is impossible on wheels: an innovation beyond `gate`, or one-sided innovations. The constraint then
+    /// the motion is impossible on wheels: an innovation beyond `gate`, or biased innovations. The constraint then
     /// stops until fixes show wheels again.
     pub fn is_violated(&mut self, normalised: [f32; 2], gate: f32) -> bool {
         for (track, normalised) in [&mut self.right, &mut self.down].into_iter().zip(normalised) {
@@ -295,7 +301,7 @@ impl WheelWatch {
         violated
     }
 
-    /// Line along which the vehicle rolls with the motion `seen`.
+    /// Direction of travel at the motion `seen`, from the component `across`.
     pub fn line(&self, across: Across, seen: &Seen) -> Line {
         let track = match across {
             Across::Right => &self.right,

@@ -2,13 +2,13 @@
 
 use crate::time::Time;
 
-/// Engagements, each soon after the one before, after which the switch is locked out.
+/// Number of engagements in quick succession after which the switch is locked out.
 pub(super) const MOST_ENGAGEMENTS: u8 = 3;
-/// Time, s, of an unchanged switch after which engagements are counted from zero, and of an open one that ends a
+/// Time, s, without a change of the switch after which the count of engagements is reset. Only an open switch ends a
 /// lockout.
 pub(super) const STEADY_S: f64 = 3.0;
 
-/// Engagements of a switch that has not been steady since.
+/// Count of the engagements since the switch was last steady.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Bounces {
     is_on: bool,
@@ -18,7 +18,7 @@ pub(super) struct Bounces {
 }
 
 impl Bounces {
-    /// Updates the state by the switch, once a cycle. Returns whether closing it has no effect.
+    /// Updates the state from the switch; call it once a cycle. Returns whether closing the switch has no effect.
     pub fn update(&mut self, is_on: bool, now: Time) -> bool {
         let since = *self.since.get_or_insert(now);
         if self.is_on != is_on {

@@ -28,13 +28,13 @@ pub struct Fence {
     serde(default, deny_unknown_fields)
 )]
 pub struct FailsafeConfig {
-    /// Time for which the autopilot holds position without a pilot before it descends, s, 0 to 600.
+    /// Time, s, for which the autopilot holds position without a pilot before it descends, 0 to 600.
     pub pilot_lost_hold_s: f64,
     /// Sink rate of the descent without a pilot, m/s, 0.1 to 2.
     pub descent_mps: f64,
     /// Number of consecutive late cycles after which the pilot gets the sticks back, 1 to 100.
     pub late_cycles: u8,
-    /// Time, s, of a stick at its end before it is reported, 0.1 to 60.
+    /// Time, s, for which a stick must be at its end before a notice reports it, 0.1 to 60.
     pub saturation_s: f64,
 }
 
@@ -53,16 +53,17 @@ pub struct FlightControlConfig {
     pub switch: SwitchConfig,
     /// Conditions for the loss of the pilot's signal.
     pub signal: SignalConfig,
-    /// Limits for the autopilot to take over.
+    /// Limits of the readiness checks for the autopilot to take over.
     pub ready: ReadinessLimits,
-    /// Requests of the sticks while the autopilot flies; `None`: a moved stick gives the sticks back.
+    /// Motion that the pilot's sticks request while the autopilot flies. With `None`, a moved stick gives the sticks
+    /// back to the pilot.
     pub steering: Option<SteeringConfig>,
-    /// Whether the throttle keeps its position at engagement. Otherwise the pilot's throttle is passed through, and
-    /// without a pilot keeps its last position.
+    /// Whether the throttle stays at its position at engagement. Otherwise the pilot's throttle is passed through;
+    /// without a pilot the throttle stays at its last position.
     pub hold_throttle: bool,
     /// Responses to the loss of a signal or of time.
     pub failsafe: FailsafeConfig,
-    /// Limits of the position.
+    /// Limits of the vehicle's position; `None` for no limits.
     pub fence: Option<Fence>,
     /// Test inputs that the autopilot flies by itself.
     pub excitation: Option<ExcitationProgramme>,
@@ -73,7 +74,7 @@ pub struct FlightControlConfig {
 }
 
 impl FlightControlConfig {
-    /// `hover` with defaults for everything else.
+    /// A configuration with `hover`, and defaults for everything else.
     #[must_use]
     pub fn new(hover: HoverConfig) -> Self {
         Self {
@@ -91,10 +92,10 @@ impl FlightControlConfig {
         }
     }
 
-    /// Whether the configuration can be flown.
+    /// Checks that flight control can fly with the configuration.
     ///
     /// # Errors
-    /// The first invalid value.
+    /// [`FlightControlError`] with the first invalid value.
     pub fn check(&self) -> Result<(), FlightControlError> {
         self.hover.check()?;
         self.ready.check()?;

@@ -1,4 +1,4 @@
-//! Monitor of the fence: when the vehicle reaches it, and the set-point to return.
+//! Monitor of the fence: it detects that the vehicle reaches the fence, and gives the set-point to return.
 
 use super::config::Fence;
 use crate::autopilot::SetPoint;
@@ -6,7 +6,7 @@ use crate::earth::{Geodetic, Local};
 use crate::frames::Vector;
 use crate::scalar::Scalar;
 
-/// Share of the fence's radius and height within which the vehicle counts as inside again.
+/// Fraction of the fence's radius and height within which the vehicle counts as inside again.
 const WELL_INSIDE: f64 = 0.8;
 
 /// Change of the fence's state in a cycle.
@@ -44,13 +44,13 @@ impl<T: Scalar> FenceMonitor<T> {
         self.home
     }
 
-    /// Resets the state: reaching the fence is reported again.
+    /// Resets the state: the monitor reports again when the vehicle reaches the fence.
     pub const fn engage(&mut self) {
         self.home = None;
     }
 
-    /// Share of the way from the centre to the side or the top, whichever is greater; 1 at the fence. `None` without a
-    /// fence.
+    /// Position as a fraction of the distance from the centre to the side or to the top, whichever fraction is greater;
+    /// 1 at the fence. `None` without a fence.
     pub fn share(&self, position: &Geodetic) -> Option<f64> {
         let (fence, local) = (self.fence?, self.local?);
         let [north, east, down] = local.displacement(&fence.centre, position).to_array();

@@ -1,4 +1,4 @@
-//! Flight control: from the pilot's pulses and the estimate to the servos, with the failsafes.
+//! Flight control: it turns the pilot's pulses and the estimate into servo commands, with the failsafes.
 //!
 //! The pilot closes a switch on the aux channel. If every check of [`Readiness`] passes, the autopilot takes over;
 //! otherwise flight control reports the failed checks and the pilot continues to fly. Opening the switch, losing the
@@ -6,16 +6,20 @@
 //!
 //! | loss | response | within |
 //! |---|---|---|
-//! | the pilot's signal, by silence or reported by the receiver | holds position; after [`FailsafeConfig::pilot_lost_hold_s`] descends at [`FailsafeConfig::descent_mps`] | 1 cycle after [`SignalConfig::stale_after_s`](crate::servo::SignalConfig) |
+//! | the pilot's signal | holds position, later descends | 1 cycle after the signal counts as lost |
 //! | the aux channel alone | the pilot flies | the same |
 //! | position | holds velocity | 1 cycle |
 //! | velocity | holds attitude, after `transfer.patience_s` descends | 1 cycle |
-//! | attitude, or the inertial unit | the pilot flies; without a pilot the sticks go to trim | 1 cycle after `health.age_s` |
+//! | attitude or inertial unit | the pilot flies; without a pilot, sticks to trim | 1 cycle after `health.age_s` |
 //! | time: [`FailsafeConfig::late_cycles`] late cycles in a row | the pilot flies | 1 cycle |
 //! | the fence reached | goes back to its centre | 1 cycle |
 //!
-//! As the autopilot, it is plain data and bounded work, and depends only on its inputs. The same inputs give the same
-//! widths, so a record replays to the bit.
+//! The pilot's signal counts as lost if the receiver reports the loss, or after
+//! [`SignalConfig::stale_after_s`](crate::servo::SignalConfig) without pulses. The autopilot descends after
+//! [`FailsafeConfig::pilot_lost_hold_s`], at [`FailsafeConfig::descent_mps`].
+//!
+//! Like the autopilot, flight control is plain data with bounded work, and depends only on its inputs. The same inputs
+//! give the same pulse widths, so a replayed record gives the same bits.
 
 mod bounces;
 mod config;
@@ -39,7 +43,7 @@ use crate::time::Time;
 use bounces::Bounces;
 use fence::{FenceChange, FenceMonitor};
 
-/// Share of its range beyond which a stick counts as at its end.
+/// Fraction of its range beyond which a stick counts as at its end.
 const AT_END: f64 = 0.995;
 /// Weight of the newest period in the running mean of the loop's period.
 const PERIOD_SHARE: f64 = 0.05;
@@ -47,7 +51,7 @@ const PERIOD_SHARE: f64 = 0.05;
 /// Inputs of one cycle.
 #[derive(Clone, Copy, Debug)]
 pub struct ControlInputs<'a, T = f64> {
-    /// The moment, on the clock of the pulses and of the estimator.
+    /// Time of the cycle, on the clock of the pulses and of the estimator.
     pub now: Time,
     /// The estimator's latest solution.
     pub solution: Option<&'a Solution<T>>,
@@ -66,9 +70,9 @@ pub struct ControlInputs<'a, T = f64> {
 pub struct ControlOutputs {
     /// Positions of the controls.
     pub sticks: Option<Sticks>,
-    /// Share of a test input in the sticks.
+    /// The test input that is part of the sticks.
     pub injected: Sticks,
-    /// The pilot's own sticks, where all four are fresh and come from the pilot.
+    /// The pilot's own sticks, if all four are fresh and are not the receiver's failsafe.
     pub pilot: Option<Sticks>,
     /// Pulse widths for the servos, ms, not limited; NaN without a command.
     pub widths_ms: Channels<f64>,
@@ -90,11 +94,11 @@ struct AtStick {
     widths_ms: Channels<Option<f64>>,
 }
 
-/// Pilot, autopilot and the choice between them: one step a cycle.
+/// Pilot, autopilot and the choice between them. It runs one step in each cycle.
 ///
 /// The autopilot, its estimate and the fence monitor compute in `T`: `f64`, or `f32` for processors without double
-/// precision. For `f32`, use `FlightControl::<f32>::new(config)` with the same configuration. Sticks, widths and
-/// times go in and out in `f64`.
+/// precision. For `f32`, use `FlightControl::<f32>::new(config)` with the same configuration. Sticks, widths and times
+/// of inputs and outputs are `f64`.
 #[derive(Clone, Copy, Debug)]
 pub struct FlightControl<T = f64> {
     config: FlightControlConfig,
@@ -106,7 +110,7 @@ pub struct FlightControl<T = f64> {
     engagement: Engagement,
     steering: Option<Steering>,
     programme: Option<ProgrammeFlight>,
-    /// The pilot's last throttle, or the throttle at engagement, ms.
+    /// Pulse width, ms, of the pilot's last throttle, or of the throttle at engagement.
     throttle_ms: f64,
     before: Option<Time>,
     period_s: Option<f64>,
@@ -117,10 +121,10 @@ pub struct FlightControl<T = f64> {
 }
 
 impl<T: Scalar> FlightControl<T> {
-    /// Flight control with the pilot flying.
+    /// Creates the flight control; the pilot flies.
     ///
     /// # Errors
-    /// The first invalid value of `config`.
+    /// [`FlightControlError`] with the first invalid value of `config`.
     pub fn new(config: FlightControlConfig) -> Result<Self, FlightControlError> {
         config.check()?;
         let neutral = config.hover.trim.sticks;
@@ -146,7 +150,7 @@ impl<T: Scalar> FlightControl<T> {
         })
     }
 
-    /// The autopilot inside.
+    /// The autopilot that this flight control contains.
     #[must_use]
     pub const fn autopilot(&self) -> &HoverAutopilot<T> {
         &self.autopilot
@@ -158,8 +162,8 @@ impl<T: Scalar> FlightControl<T> {
         self.engagement.is_engaged()
     }
 
-    /// Whether the switch has no effect until it has been opened: it was closed at the start, the autopilot was refused
-    /// or gave the sticks back, or the switch bounces.
+    /// Whether the switch has no effect until it has been opened. Reasons are that it was closed at the start, that the
+    /// autopilot refused to engage or gave the sticks back, or that it bounces.
     #[must_use]
     pub fn is_refused(&self) -> bool {
         self.engagement == Engagement::Refused
@@ -191,8 +195,8 @@ impl<T: Scalar> FlightControl<T> {
         self.saturated_s > 0.0
     }
 
-    /// Share of the way from the centre of the fence to its side or top, whichever is greater; 1 at the fence. `None`
-    /// without a fence.
+    /// Position as a fraction of the distance from the centre of the fence to its side or to its top, whichever
+    /// fraction is greater; 1 at the fence. `None` without a fence.
     #[must_use]
     pub fn fence_share(&self, position: &Geodetic) -> Option<f64> {
         self.fence.share(position)
@@ -224,7 +228,7 @@ impl<T: Scalar> FlightControl<T> {
         let signal = inputs.pulses.signal(now, &config.signal);
         let stale_s = config.signal.stale_after_s;
         let fresh = inputs.pulses.channels.map(|channel| channel.fresh_ms(now, stale_s));
-        // In failsafe the pulses are generated by the receiver, not by the pilot.
+        // In failsafe the receiver generates the pulses, not the pilot.
         let pilot_ms = fresh.map(|width_ms| width_ms.filter(|_| signal != Signal::Failsafe));
         let pilot = config.swashplate.pilot_sticks(&config.channels, &pilot_ms);
         let at_stick = AtStick { signal, sticks: pilot, widths_ms: pilot_ms };
@@ -275,8 +279,8 @@ impl<T: Scalar> FlightControl<T> {
         if engaged && outputs.mode == Mode::Neutral && pilot.is_some() {
             self.hand_back(HandedBack::NoAttitude, &mut notify);
         }
-        // In the cycle in which a blind autopilot hands back, its sticks are still used: the next cycle fades from
-        // them.
+        // In the cycle in which an autopilot without attitude hands back, its sticks are still used: the next cycle
+        // fades from them.
         let flies = engaged && outputs.mode != Mode::Manual;
         self.monitor_ends(flies.then_some(steered), elapsed_s, &mut notify);
         let (sticks, widths_ms) = self.command(flies, steered, outputs.mode, &at_stick);
@@ -292,7 +296,7 @@ impl<T: Scalar> FlightControl<T> {
         }
     }
 
-    /// Processes the switch and the loss of the pilot; returns whether the switch is closed.
+    /// Processes the switch and the loss of the pilot's signal; returns whether the switch is closed.
     fn engage(
         &mut self,
         inputs: &ControlInputs<'_, T>,
@@ -349,8 +353,8 @@ impl<T: Scalar> FlightControl<T> {
         switch_on
     }
 
-    /// Whether a change of mode is worth a notice of its own. Another notice reports that the pilot flies. The modes
-    /// of a descent without a pilot are not reported, except the loss of all of them.
+    /// Whether a change of mode causes a notice of its own. A change to `Manual` does not, because another notice
+    /// reports that the pilot flies. During a descent without a pilot only the change to `Neutral` does.
     fn is_change(&self, transition: &Transition, pilot_takes_over: bool) -> bool {
         match transition.to {
             Mode::Manual => false,
@@ -360,7 +364,7 @@ impl<T: Scalar> FlightControl<T> {
     }
 
     fn hand_back(&mut self, why: HandedBack, notify: &mut impl FnMut(ControlNotice)) {
-        // As after a refusal: the switch must be opened before it acts again.
+        // The switch must be opened before it acts again, as after a refusal.
         self.engagement = Engagement::Refused;
         notify(ControlNotice::HandedBack(why));
     }
@@ -421,7 +425,7 @@ impl<T: Scalar> FlightControl<T> {
             self.fence.home().or(steered)
         };
         if let Some(set_point) = set_point {
-            // A set-point that guidance rejects leaves the previous one active, in the worst case a hold.
+            // If guidance rejects the set-point, the previous set-point stays active, in the worst case a hold.
             let _ = self.autopilot.set(set_point);
         }
     }
@@ -446,7 +450,7 @@ impl<T: Scalar> FlightControl<T> {
         }
     }
 
-    /// Sticks and widths of the pilot or the autopilot, whichever flies.
+    /// Sticks and pulse widths of the pilot or the autopilot, whichever flies.
     fn command(
         &self,
         flies: bool,
@@ -466,14 +470,14 @@ impl<T: Scalar> FlightControl<T> {
         if flies {
             return (Some(sticks), mixed(sticks));
         }
-        // After an engagement the difference to the pilot's sticks fades out: see `hand_back_s`.
+        // After an engagement the difference from the pilot's sticks fades out: see `hand_back_s`.
         if mode == Mode::Manual
             && let Some(own) = pilot
             && sticks.farthest_from(own) > 1e-9
         {
             return (Some(sticks), mixed(sticks));
         }
-        // The pilot's own pulses, to the last bit, where no mixing is needed.
+        // Where no mixing is needed, the output is the pilot's own pulses, to the last bit.
         (pilot, config.swashplate.passed_on_ms(&config.channels, &pilot_ms))
     }
 }

@@ -29,9 +29,9 @@ pub enum ControlNotice {
     Refused(Readiness),
     /// The switch was opened: the pilot flies.
     Released,
-    /// The signal of the aux channel alone is lost, and the switch with it: the pilot flies.
+    /// The signal of the aux channel alone is lost, and with it the pilot's switch: the pilot flies.
     SwitchLost,
-    /// The switch is closed since before its first pulse, as after a restart in flight: it has no effect until it has
+    /// The switch has been closed since its first pulse, as after a restart in flight: it has no effect until it has
     /// been opened.
     MustBeOpened,
     /// The switch was closed after several engagements in a row: it has no effect until it has been open for some time.
@@ -50,7 +50,7 @@ pub enum ControlNotice {
     FenceReached,
     /// The vehicle is well inside the fence again.
     FenceLeft,
-    /// A stick has been at its end for too long; attitude has priority there.
+    /// A stick has been at its end for longer than the configured time; attitude has priority.
     Saturated,
     /// A test input begins, or the programme ends.
     TestInputs(ProgrammeChange),

@@ -34,7 +34,8 @@ fn agree(double: &ControlOutputs, single: &ControlOutputs) {
     }
 }
 
-/// A flight whose inputs can each be made faulty. The same flight runs in single precision too, with the same result.
+/// A flight in which each input can be made faulty. The same flight also runs in single precision, with the same
+/// result.
 struct Bench {
     control: FlightControl,
     single: FlightControl<f32>,
@@ -119,7 +120,7 @@ impl Bench {
         self.last.unwrap()
     }
 
-    /// A bench whose autopilot flies.
+    /// A bench in which the autopilot flies.
     fn engaged(config: FlightControlConfig) -> Self {
         let mut bench = Self::new(config);
         bench.cycles(20);
@@ -242,7 +243,7 @@ fn an_estimate_that_ends_gives_the_sticks_to_the_pilot_and_to_trim_without_one()
     let mut bench = Bench::engaged(config());
     bench.stale = true;
     let outputs = bench.cycles(20);
-    // A single notice: with the sticks back, the pilot needs no notice of trim or of the switch.
+    // There is only one notice: the pilot, who has the sticks again, needs no notice of trim or of the switch.
     assert_eq!(bench.told, [ControlNotice::HandedBack(HandedBack::NoAttitude)]);
     assert_eq!(outputs.mode, Mode::Manual);
     bench.stale = false;

@@ -47,8 +47,8 @@ impl Rotation<Body, Ned> {
         Self::of_angles(angles)
     }
 
-    /// Roll, pitch and yaw of this attitude. At ±90° of pitch, where only the sum or difference of
-    /// roll and yaw exists, both are still finite and reproduce the attitude.
+    /// Roll, pitch and yaw of this attitude. At ±90° of pitch only the sum or difference of roll and yaw is defined;
+    /// the two angles are still finite and reproduce the attitude.
     ///
     /// # Source
     /// Equation (F6) of docs/equations.md.
@@ -60,7 +60,7 @@ impl Rotation<Body, Ned> {
 }
 
 impl<T: Scalar> Rotation<Body, Ned, T> {
-    /// [`from_euler`](Rotation::from_euler), in numbers of any type.
+    /// Body-to-NED attitude from roll, pitch and yaw, as [`from_euler`](Rotation::from_euler), in numbers of any type.
     #[must_use]
     pub fn of_angles(angles: EulerAngles) -> Self {
         let half = |angle_rad: f64| T::of(0.5 * angle_rad).sincos();
@@ -102,7 +102,7 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
         (two * (w * z + x * y)).atan2(T::ONE - two * (y * y + z * z))
     }
 
-    /// Sine and cosine of [`heading_rad`](Self::heading_rad), without an angle in between.
+    /// Sine and cosine of [`heading_rad`](Self::heading_rad), computed without the angle.
     #[must_use]
     pub fn heading_sincos(self) -> (T, T) {
         if is_vertical(self.sin_pitch()) {
@@ -121,18 +121,18 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
     fn sin_pitch(self) -> T {
         let [x, y, z, w] = self.to_array();
         let sine = T::of(2.0) * (w * y - x * z);
-        // Written so that a NaN stays one.
+        // Written so that a NaN stays a NaN.
         let within = if sine > T::ONE { T::ONE } else { sine };
         if within < -T::ONE { -T::ONE } else { within }
     }
 }
 
-/// Whether only the sum or difference of roll and yaw exists.
+/// Whether pitch is ±90°, where only the sum or difference of roll and yaw is defined.
 fn is_vertical<T: Scalar>(sin_pitch: T) -> bool {
     sin_pitch.abs() > T::of(1.0 - 1e-12)
 }
 
-/// An angle brought into (−π, π]. NaN and infinities give NaN.
+/// An angle wrapped into (−π, π]. NaN and infinities give NaN.
 #[must_use]
 pub fn wrap_angle<T: Scalar>(angle_rad: T) -> T {
     use core::f64::consts::{PI, TAU};

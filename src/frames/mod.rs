@@ -1,7 +1,8 @@
-//! Frames as types: a vector is typed by the frame it is resolved in, a rotation by the frames it leads from and to.
+//! Frames as types. The type of a vector contains the frame in which it is resolved. The type of a rotation contains
+//! the frames from which and to which it rotates.
 //!
-//! Adding a body vector to a navigation vector, or rotating the wrong way, does not compile. The
-//! types hold only the numbers, so they cost nothing at run time.
+//! Adding a body vector to a navigation vector, or applying a rotation to a vector of another frame, does not compile.
+//! The types hold only the numbers, so they cost nothing at run time.
 //!
 //! ```
 //! use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
@@ -20,15 +21,15 @@ pub use euler::{EulerAngles, wrap_angle};
 pub use rotation::Rotation;
 pub use vector::Vector;
 
-/// North, east, down at the vehicle: the navigation frame.
+/// Frame north, east, down at the vehicle: the navigation frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ned;
 
-/// Forward, right, down in the vehicle.
+/// Frame forward, right, down of the vehicle: the body frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Body;
 
-/// Earth-centred, Earth-fixed: x through the Greenwich meridian, z through the north pole.
+/// Frame Earth-centred, Earth-fixed (ECEF): x through the Greenwich meridian, z through the north pole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ecef;
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Rotations typed by the frames they lead from and to.
+//! Rotations whose types contain the frames from which and to which they rotate.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -9,17 +9,17 @@ use glam::{DMat3, DQuat};
 use super::Vector;
 use crate::scalar::Scalar;
 
-/// A rotation that re-resolves vectors of frame `From` in frame `To`.
+/// A rotation that resolves vectors of frame `From` in frame `To`.
 ///
-/// Held as a unit quaternion, Hamilton convention, scalar last in [`Rotation::quaternion`].
+/// The rotation is stored as a unit quaternion, Hamilton convention; the scalar is last in [`Rotation::quaternion`].
 pub struct Rotation<From, To, T = f64> {
-    /// x, y, z, w.
+    /// Components x, y, z, w of the unit quaternion.
     quaternion: [T; 4],
     frames: PhantomData<(From, To)>,
 }
 
 impl<From, To> Rotation<From, To> {
-    /// Asserts that a unit quaternion leads from `From` to `To`; the compiler cannot check this claim.
+    /// The rotation with a unit quaternion from `From` to `To`; the compiler cannot check the two frames.
     #[must_use]
     pub const fn claim(quaternion: DQuat) -> Self {
         Self::of_array(quaternion.to_array())
@@ -39,7 +39,7 @@ impl<From, To> Rotation<From, To> {
 }
 
 impl<From, To, T: Scalar> Rotation<From, To, T> {
-    /// The frames coincide.
+    /// The rotation between frames that coincide.
     pub const IDENTITY: Self = Self::of_array([T::ZERO, T::ZERO, T::ZERO, T::ONE]);
 
     pub(super) const fn of_array(quaternion: [T; 4]) -> Self {
@@ -83,8 +83,8 @@ impl<From, To, T: Scalar> Rotation<From, To, T> {
         Rotation::of_array([-x, -y, -z, w])
     }
 
-    /// This rotation preceded by a rotation of `From` about itself by `angle_rad`, a rotation vector resolved in
-    /// `From`. Gyro increments update a body-to-navigation attitude this way.
+    /// This rotation after a rotation of the frame `From` by `angle_rad`, a rotation vector resolved in `From`. Gyro
+    /// increments update a body-to-navigation attitude this way.
     ///
     /// # Source
     /// Equation (F2) of docs/equations.md.
@@ -94,16 +94,16 @@ impl<From, To, T: Scalar> Rotation<From, To, T> {
         Self::of_array(product(self.quaternion, quaternion_of(angle_rad)))
     }
 
-    /// This rotation followed by a rotation of `To` about itself by `angle_rad`, a rotation vector resolved in `To`.
-    /// Attitude corrections in the navigation frame are applied this way.
+    /// This rotation followed by a rotation by `angle_rad`, a rotation vector resolved in `To`. Attitude corrections in
+    /// the navigation frame are applied this way.
     #[must_use]
     #[inline]
     pub fn turned_in_to(self, angle_rad: Vector<To, T>) -> Self {
         Self::of_array(product(quaternion_of(angle_rad), self.quaternion))
     }
 
-    /// The rotation vector of this rotation, rad, length in [0, π]. Turning [`IDENTITY`](Self::IDENTITY) by it gives
-    /// this rotation.
+    /// The rotation vector of this rotation, rad, length in [0, π]. A rotation of [`IDENTITY`](Self::IDENTITY) by this
+    /// vector gives this rotation.
     ///
     /// # Source
     /// Equation (F3) of docs/equations.md.
@@ -113,7 +113,7 @@ impl<From, To, T: Scalar> Rotation<From, To, T> {
         let sign = if w < T::ZERO { -T::ONE } else { T::ONE };
         let sine = Vector::new(x, y, z) * sign;
         let length = sine.norm();
-        // Below 1e-8 the ratio is 2 to rounding.
+        // Below a length of 1e-8 the ratio is 2, to rounding.
         let ratio = if length < T::of(1e-8) {
             T::of(2.0)
         } else {
@@ -122,7 +122,8 @@ impl<From, To, T: Scalar> Rotation<From, To, T> {
         sine * ratio
     }
 
-    /// Rescaled to unit length to first order, which is sufficient for rounding errors.
+    /// The same rotation with its quaternion scaled to unit length, to first order. This is sufficient for rounding
+    /// errors.
     ///
     /// # Source
     /// Equation (F4) of docs/equations.md.
@@ -202,7 +203,8 @@ pub(super) fn quaternion_of<F, T: Scalar>(angle_rad: Vector<F, T>) -> [T; 4] {
     let number = T::of;
     let one = T::ONE;
     let h = number(0.25) * angle_rad.dot(angle_rad);
-    // Below 2e-4 rad two terms give all digits; the turn of north, east and down in one step never exceeds this.
+    // Below 2e-4 rad two terms of the series give all digits; the rotation of the NED axes in one step never exceeds
+    // this angle.
     let (cos_half, half_sinc) = if h < number(1e-8) {
         (one - h * number(0.5), number(0.5) * (one - h * number(1.0 / 6.0)))
     } else if h < number(0.0025) {

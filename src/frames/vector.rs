@@ -1,4 +1,4 @@
-//! Vectors typed by the frame they are resolved in.
+//! Vectors whose types contain the frame in which they are resolved.
 
 use core::fmt;
 use core::marker::PhantomData;
@@ -15,7 +15,7 @@ pub struct Vector<F, T = f64> {
 }
 
 impl<F> Vector<F> {
-    /// Asserts that plain components are resolved in frame `F`; the compiler cannot check this claim.
+    /// A vector from plain components in frame `F`; the compiler cannot check the frame.
     #[must_use]
     pub const fn claim(components: DVec3) -> Self {
         Self { components: components.to_array(), frame: PhantomData }
@@ -42,19 +42,19 @@ impl<F, T: Scalar> Vector<F, T> {
         Self { components, frame: PhantomData }
     }
 
-    /// First component: north, forward or Greenwich.
+    /// First component: north (NED), forward (body) or Greenwich meridian (ECEF).
     #[must_use]
     pub const fn x(self) -> T {
         self.components[0]
     }
 
-    /// Second component: east, right or 90° east.
+    /// Second component: east (NED), right (body) or 90° east (ECEF).
     #[must_use]
     pub const fn y(self) -> T {
         self.components[1]
     }
 
-    /// Third component: down, down or north pole.
+    /// Third component: down (NED), down (body) or north pole (ECEF).
     #[must_use]
     pub const fn z(self) -> T {
         self.components[2]
@@ -96,7 +96,7 @@ impl<F, T: Scalar> Vector<F, T> {
         self.dot(self).sqrt()
     }
 
-    /// Whether the length is below `limit`, which must be positive; `false` for NaN. Computes no square root.
+    /// Whether the length is below `limit`, which must be positive; `false` for NaN. It needs no square root.
     #[must_use]
     #[inline]
     pub fn is_shorter_than(self, limit: T) -> bool {

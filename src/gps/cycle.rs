@@ -8,8 +8,9 @@ const MEMORY: usize = 4;
 
 /// Detects the end of an epoch. Receivers send each epoch as a burst of messages and do not mark its end. A fix
 /// delivered at the first message lacks the data of the others. A fix delivered at the start of the next epoch is late
-/// by a whole epoch. So an epoch is complete when each expected kind has arrived. A kind is expected if it was missing
-/// at most once in the last four epochs. A lost message thus has no effect, and an occasional message causes no delay.
+/// by a whole epoch. An epoch is therefore complete when each expected kind has arrived. A kind is expected if it was
+/// missing at most once in the last four epochs. A lost message thus has no effect, and an occasional message causes no
+/// delay.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Cycle {
     seen: Kinds,
@@ -59,7 +60,7 @@ impl Cycle {
 mod tests {
     use super::*;
 
-    /// The kinds present when each epoch was complete.
+    /// For each epoch, the kinds that had arrived when it counted as complete; `None` if it never did.
     fn complete_at(epochs: &[&[Kinds]]) -> Vec<Option<Kinds>> {
         let mut cycle = Cycle::default();
         epochs

@@ -1,4 +1,4 @@
-//! The fix as an input of the filter, from any receiver.
+//! The fix of any receiver, as an input of the filter.
 
 use crate::earth::Geodetic;
 use crate::frames::{Ned, Vector};
@@ -11,13 +11,14 @@ pub struct Fix {
     pub time: Time,
     /// The antenna's position.
     pub position: Geodetic,
-    /// Whether the height was held, assumed or missing, so that neither height nor down velocity is measured.
+    /// Whether the receiver held or assumed the height, or reported none; then neither height nor down velocity is
+    /// measured.
     pub two_dimensional: bool,
     /// One-sigma of the position, north, east and down, m, if the receiver reports it.
     pub position_sigma_m: Option<Vector<Ned>>,
     /// The antenna's horizontal velocity, m/s, north and east.
     pub horizontal_velocity_mps: Option<[f64; 2]>,
-    /// The antenna's down velocity, m/s; receivers with plain NMEA do not report it.
+    /// The antenna's down velocity, m/s; receivers that send only NMEA do not report it.
     pub down_velocity_mps: Option<f64>,
     /// One-sigma of the velocity, m/s.
     pub velocity_sigma_mps: Option<Vector<Ned>>,
@@ -27,10 +28,10 @@ pub struct Fix {
 
 /// Upper limit of the speed, above any orbital speed, m/s.
 const FASTEST_MPS: f64 = 1e4;
-/// Ratio of the one-sigma of the down velocity to that of the horizontal velocity, for receivers with one figure for
-/// both.
+/// Ratio of the one-sigma of the down velocity to that of the horizontal velocity, for receivers that report one figure
+/// for both.
 const DOWN_TO_LEVEL: f64 = 1.5;
-/// Largest one-sigma that carries information, m or m/s.
+/// Largest valid one-sigma, m or m/s; a larger one contains no information.
 const WIDEST_SIGMA: f64 = 1e6;
 
 impl Fix {
@@ -83,8 +84,8 @@ impl Fix {
         self
     }
 
-    /// Whether every value is finite and possible for a receiver near the ground. The position must be navigable,
-    /// speeds within ±10 km/s, one-sigmas above zero and up to 1 000 km and km/s.
+    /// Whether every value is finite and possible for a receiver near the ground. The position must be navigable and
+    /// speeds within ±10 km/s. One-sigmas must be above zero, and at most 1 000 km or 1 000 km/s.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let speed_is_good = |speed: f64| libm::fabs(speed) <= FASTEST_MPS;
@@ -102,8 +103,9 @@ impl Fix {
             && sigma_is_good(self.velocity_sigma_mps)
     }
 
-    /// One-sigma of the velocity on each axis, m/s, if the receiver reports any. One figure for all three is used for
-    /// the horizontal axes. Downwards, where there are no satellites, it is multiplied by 1.5.
+    /// One-sigma of the velocity on each axis, m/s, if the receiver reports any. If the receiver reports one figure for
+    /// all three axes, it is the one-sigma of the horizontal axes. On the down axis it is multiplied by 1.5, because no
+    /// satellites are below the antenna.
     ///
     /// # Source
     /// The ratio: `gps_control.cpp` of the estimator EKF2 of PX4.

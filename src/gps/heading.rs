@@ -3,7 +3,7 @@
 use crate::frames::wrap_angle;
 use crate::time::Time;
 
-/// Direction from the first of two antennas to the second. It comes from a receiver with both antennas, or from two
+/// Direction from the first of two antennas to the second. It comes from one receiver with both antennas, or from two
 /// receivers that work as moving base and rover.
 ///
 /// ```
@@ -42,8 +42,9 @@ impl AntennaHeading {
         Self { time, heading_rad: wrap_angle(heading_rad), sigma_rad, length_m: None }
     }
 
-    /// Whether all numbers are finite and possible. The angle is within one turn in either direction, the one-sigma is
-    /// above zero and informative. The length of the baseline is above zero and fits on a vehicle.
+    /// Whether all numbers are finite and possible. The angle must be within one turn in either direction. The
+    /// one-sigma must be above zero and small enough to contain information. The length of the baseline must be above
+    /// zero and possible on a vehicle.
     #[must_use]
     pub fn is_finite(&self) -> bool {
         let within =

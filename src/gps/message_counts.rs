@@ -1,4 +1,4 @@
-//! Counts of a decoder's messages, by outcome.
+//! Counts of the messages that a decoder received, by outcome.
 
 /// Counts of the messages on the line, by outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -7,9 +7,9 @@ pub struct MessageCounts {
     pub read: u32,
     /// Complete messages of a kind that this decoder does not use.
     pub unknown: u32,
-    /// Messages cut off, of the wrong length, or with an invalid checksum or text.
+    /// Messages that are cut off, have a wrong length, or have an invalid checksum or text.
     pub damaged: u32,
-    /// Complete messages with an impossible value: rejected.
+    /// Complete messages rejected because of an impossible value.
     pub impossible: u32,
     /// Epochs for which the receiver itself reported no fix.
     pub no_fix: u32,

@@ -1,4 +1,4 @@
-//! Satellite navigation receivers: bytes in, one fix an epoch out.
+//! Satellite navigation receivers: decoders turn bytes into one fix per epoch.
 //!
 //! ```text
 //! bytes + arrival ──> tsip │ nmea │ ubx ──> ReceiverFix ──> quality ──> Fix ──> filter
@@ -6,16 +6,16 @@
 //!                     epochs                receiver sent    checks    unit's clock
 //! ```
 //!
-//! Nothing here opens a port, reads a clock or allocates. A decoder takes the bytes of the line, in any pieces, with
-//! their arrival time. It keeps a buffer of one message and the epoch that is being assembled. No input makes it
-//! panic or lose valid data, and it counts rejected messages ([`MessageCounts`]).
+//! Nothing here opens a port, reads a clock or allocates. A decoder takes the bytes of a serial line, in any pieces,
+//! with their arrival time. It stores at most one message and the current, incomplete epoch. No input causes a panic or
+//! a loss of valid data. The decoder counts rejected messages ([`MessageCounts`]).
 //!
-//! Each protocol is a feature of this crate: `tsip`, `nmea` and `ubx`. Without its feature a protocol is not
-//! compiled, including the variants of [`Protocol`] and [`Receiver`].
+//! Each protocol is a feature of this crate: `tsip`, `nmea` and `ubx`. Without its feature a protocol is not compiled,
+//! nor are its variants of [`Protocol`] and [`Receiver`].
 //!
-//! A receiver dates its epochs by its own clock ([`ReceiverTime`]). The fix arrives later, by the time of computation
-//! and transfer. The caller must know the relation to the inertial unit's clock: [`ReceiverFix::at`] takes the time
-//! of validity, usually the arrival minus the latency.
+//! The time of an epoch is on the receiver's own clock ([`ReceiverTime`]). The fix arrives later, because computation
+//! and transfer take time. The caller must know the time of validity on the inertial unit's clock, usually the arrival
+//! minus the latency, and passes it to [`ReceiverFix::at`].
 //!
 //! ```
 //! use hovernav::gps::{Protocol, Receiver};

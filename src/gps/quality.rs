@@ -1,4 +1,4 @@
-//! Checks whether a fix is good enough to use, and reports the failed checks.
+//! Checks of the quality of a fix, which report the failed checks.
 
 use core::fmt;
 
@@ -6,7 +6,7 @@ use super::{Dimension, ReceiverFix};
 use crate::earth::Geodetic;
 use crate::scalar::Scalar;
 
-/// Limits of a fix. A value that the receiver does not send cannot fail.
+/// Limits of a fix. A value that the receiver does not send passes the check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Deserialize, serde::Serialize), serde(default))]
 pub struct Limits {
@@ -28,14 +28,14 @@ pub struct Limits {
     pub max_ground_speed_mps: f64,
     /// Largest climb or sink rate of the vehicle, m/s.
     pub max_vertical_speed_mps: f64,
-    /// Largest distance of a position beyond the reach of the top speed since the last good fix, m.
+    /// Largest jump of a position, m: distance from the last good fix minus the distance that the vehicle can travel.
     pub max_jump_m: f64,
-    /// Largest delay of a fix relative to the most prompt recent fix, s.
+    /// Largest delay of a fix, s, relative to the most prompt recent fix.
     pub max_delay_s: f64,
 }
 
 impl Default for Limits {
-    /// For a small helicopter: up to 60 m/s, with a receiver of some metres.
+    /// Limits for a small helicopter: up to 60 m/s, with a receiver that is accurate to a few metres.
     fn default() -> Self {
         Self {
             need_three_dimensions: true,
@@ -91,7 +91,7 @@ pub enum Failure {
         found_mps: f64,
         max_mps: f64,
     },
-    /// The position is farther from the last one than the vehicle can have travelled.
+    /// The position is farther from the last position than the vehicle can have travelled.
     Jump {
         found_m: f64,
         max_m: f64,
@@ -100,7 +100,7 @@ pub enum Failure {
     TimeNotAdvancing {
         step_s: f64,
     },
-    /// The fix was delayed on its way.
+    /// The fix arrived later than usual.
     Delay {
         found_s: f64,
         max_s: f64,
@@ -161,7 +161,7 @@ impl Failures {
     }
 }
 
-/// Checks one receiver's fixes, each by itself and against previous fixes.
+/// Checks the fixes of one receiver, each fix by itself and against previous fixes.
 #[derive(Clone, Copy, Debug)]
 pub struct QualityCheck {
     limits: Limits,
@@ -173,7 +173,7 @@ pub struct QualityCheck {
     prompt: Option<ReceiverFix>,
 }
 
-/// Largest relative drift of the clocks: the receiver's is exact, the host's is a plain crystal.
+/// Largest relative drift between the clocks: the receiver's clock is exact, the host's clock is a plain crystal.
 const CLOCK_DRIFT: f64 = 1e-4;
 
 impl QualityCheck {
@@ -185,8 +185,9 @@ impl QualityCheck {
 
     /// All failed checks of `fix`. Call it for every fix, in the order of arrival.
     ///
-    /// A jump must exceed its limit from both the last good fix and the last fix of any kind. Two consecutive fixes
-    /// in agreement are therefore accepted: a wrong first fix does not reject all later ones.
+    /// A jump fails only if it exceeds its limit relative to the last good fix and also relative to the last fix of any
+    /// kind. Two consecutive fixes in agreement are therefore accepted, so that a wrong first fix does not cause the
+    /// rejection of all later fixes.
     pub fn check(&mut self, fix: &ReceiverFix) -> Failures {
         let limits = &self.limits;
         let sigma = fix.position_sigma_m.map(|sigma| sigma.to_array());

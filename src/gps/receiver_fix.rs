@@ -17,16 +17,16 @@ pub enum Dimension {
     ThreeD,
 }
 
-/// Source of corrections beyond the satellites' own messages.
+/// Source of corrections in addition to the satellites' own messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Correction {
     /// No correction: a plain fix.
     None,
-    /// Code corrections, from the ground or from satellites.
+    /// Corrections of code ranges, from the ground or from satellites.
     Differential,
-    /// Carrier phase with ambiguities not yet resolved.
+    /// Carrier phase with unresolved (float) ambiguities.
     RtkFloat,
-    /// Carrier phase with whole-number ambiguities.
+    /// Carrier phase with resolved (integer) ambiguities.
     RtkFixed,
 }
 
@@ -46,10 +46,10 @@ pub struct DilutionOfPrecision {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReceiverFix {
     /// Arrival of the first byte of the epoch's first message, on the host's clock. Its delay after the time of
-    /// validity is steady: computation in the receiver and the queue of the line. The later bytes depend on the
-    /// number of messages.
+    /// validity is steady: it consists of the computation in the receiver and the queue of the serial line. The arrival
+    /// of later bytes depends on the number of messages.
     pub arrival: Time,
-    /// Time of validity on the receiver's clock; `None` if it did not send one.
+    /// Time of validity on the receiver's clock; `None` if the receiver did not send it.
     pub time: Option<ReceiverTime>,
     /// Geodetic latitude, WGS-84, in [−π/2, π/2].
     pub latitude_rad: f64,
@@ -63,10 +63,10 @@ pub struct ReceiverFix {
     pub horizontal_velocity_mps: Option<[f64; 2]>,
     /// Velocity downwards, m/s.
     pub down_velocity_mps: Option<f64>,
-    /// Speed over ground, m/s. It may be known without a direction: many receivers leave the course empty when nearly
-    /// at rest.
+    /// Speed over ground, m/s. It may be known without the direction, because many receivers leave the course empty
+    /// when nearly at rest.
     pub ground_speed_mps: Option<f64>,
-    /// One-sigma of position, m; see the decoder for its derivation from the receiver's values.
+    /// One-sigma of position, m; the decoder's documentation states its derivation from the receiver's values.
     pub position_sigma_m: Option<Vector<Ned>>,
     /// One-sigma of velocity, m/s.
     pub velocity_sigma_mps: Option<Vector<Ned>>,
@@ -126,8 +126,8 @@ impl ReceiverFix {
         })
     }
 
-    /// Computes the missing height from the reported one. `separation_m` is the geoid's height above the ellipsoid at
-    /// the flying site (−107 to 86 m over the Earth).
+    /// Computes a missing height, above the ellipsoid or above mean sea level, from the other height. `separation_m` is
+    /// the geoid's height above the ellipsoid at the flying site (−107 to 86 m over the Earth).
     #[must_use]
     pub fn with_geoid_separation(mut self, separation_m: f64) -> Self {
         self.height_m =

@@ -4,20 +4,20 @@ const NS_PER_S: i64 = 1_000_000_000;
 const DAY_NS: i64 = 86_400 * NS_PER_S;
 const WEEK_NS: i64 = 7 * DAY_NS;
 const WEEK_MS: u32 = 604_800_000;
-/// The start of GPS time, 1980-01-06 00:00:00 UTC, after the start of 1970.
+/// Days from 1 January 1970 to the start of GPS time, 1980-01-06 00:00:00 UTC.
 const GPS_START_DAY: i32 = 3_657;
+/// Nanoseconds from the start of 1970 to the start of GPS time.
 const GPS_START_NS: i64 = GPS_START_DAY as i64 * DAY_NS;
-/// Upper limit of future leap seconds.
+/// Upper limit of the number of leap seconds in the future.
 const MOST_LEAP_SECONDS: i64 = 60;
 
-/// The earliest GPS week of a live receiver: 4 January 2026, before this was written.
+/// Earliest GPS week that a live receiver can report: that of 4 January 2026.
 pub const WEEK_FLOOR: u16 = 2_400;
 
-/// The true GPS week of a `week` that may have lost multiples of 1024: the first that is not before
-/// `floor`.
+/// The true GPS week of a `week` that may lack multiples of 1024: the first possible week that is not before `floor`.
 ///
-/// The navigation message carries ten bits of the week. Old firmware counts on from a week fixed when it was built,
-/// and falls back 1024 weeks (19.6 years) after that span.
+/// The navigation message carries ten bits of the week. Old firmware resolves the rollover relative to a week that is
+/// fixed in the firmware. 1024 weeks (19.6 years) after this week its count falls back by 1024.
 ///
 /// ```
 /// use hovernav::gps::{WEEK_FLOOR, unroll_week};
@@ -39,7 +39,7 @@ pub const fn unroll_week(week: u16, floor: u16) -> u16 {
 pub enum ReceiverTime {
     /// GPS time, which has no leap seconds.
     Gps {
-        /// Weeks since 6 January 1980, rollover undone; `None` while the receiver does not know it.
+        /// Weeks since 6 January 1980, with the rollover resolved; `None` while the receiver does not know the week.
         week: Option<u16>,
         /// Nanoseconds since the start of the week, below one week.
         time_of_week_ns: u64,
@@ -58,8 +58,8 @@ pub enum ReceiverTime {
 impl ReceiverTime {
     /// Seconds from `earlier` to `self`.
     ///
-    /// If either lacks its week or date, they are assumed to be less than half a week or half a day apart. `None`
-    /// between GPS time and UTC.
+    /// If one of the two lacks its week or date, they are assumed to be less than half a week or half a day apart.
+    /// `None` if one is GPS time and the other UTC.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Option<f64> {
         let (whole, part_ns, period_ns) = match (*self, *earlier) {
@@ -108,11 +108,11 @@ impl ReceiverTime {
         }
     }
 
-    /// GPS time from a time of week, below one week, and the UTC of the same moment. UTC is given as days since the
-    /// start of 1970 and nanoseconds since midnight, below two days. The week and the leap seconds are those for
-    /// which the two agree.
+    /// GPS time from a time of week (less than one week) and the UTC of the same moment. UTC is given as days since the
+    /// start of 1970 and nanoseconds since midnight, below two days. The week and the leap seconds are those for which
+    /// the two agree.
     ///
-    /// `None` where they disagree by more than 0 to 60 s, the range of leap seconds.
+    /// `None` if their difference is not within 0 to 60 s, the range of leap seconds.
     // Computed in days, because a 64-bit division takes 1 kB of program memory on a microcontroller.
     pub(crate) fn from_week_time_and_utc(
         time_of_week_ns: u64,
@@ -125,13 +125,13 @@ impl ReceiverTime {
         let ahead_ns = time_of_week.saturating_sub(day_of_week_ns.saturating_add(time_of_day_ns));
         // Rounded to the nearest second: the receiver gives the time of week in whole milliseconds.
         let rounded_ns = ahead_ns.saturating_add(NS_PER_S / 2);
-        // GPS time may be in the next week already.
+        // GPS time may already be in the next week.
         let (leap_ns, turned) =
             if rounded_ns < 0 { (rounded_ns.saturating_add(WEEK_NS), 1) } else { (rounded_ns, 0) };
         if leap_ns >= (MOST_LEAP_SECONDS + 1) * NS_PER_S {
             return None;
         }
-        // The quotient is short: rounding cannot carry it across a whole number.
+        // The quotient has few digits, so rounding cannot carry it across a whole number.
         let leap_seconds = (leap_ns as f64 / NS_PER_S as f64) as u8;
         let week = u16::try_from(day.div_euclid(7) + turned).ok()?;
         Some(Self::Gps { week: Some(week), time_of_week_ns, leap_seconds: Some(leap_seconds) })
@@ -193,7 +193,7 @@ fn difference_ns(later: u64, earlier: u64) -> i64 {
     later.cast_signed().saturating_sub(earlier.cast_signed())
 }
 
-/// `value` wrapped by whole periods into half a period around zero.
+/// `value` wrapped by whole periods into ± half a period.
 fn wrap(value: i64, period: i64) -> i64 {
     (value.saturating_add(period / 2)).rem_euclid(period) - period / 2
 }
@@ -260,7 +260,7 @@ mod tests {
             })
         );
         assert_eq!(time.and_then(|time| time.unix_ns()), Some(unix_ns));
-        // Half an hour apart: one of the two is wrong.
+        // The two times differ by half an hour: one of them is wrong.
         assert_eq!(
             ReceiverTime::from_week_time_and_utc(
                 291_018_800_000_000,

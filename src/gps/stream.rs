@@ -1,4 +1,4 @@
-//! One receiver of any protocol.
+//! A receiver decoder for any protocol.
 
 #[cfg(feature = "nmea")]
 use super::nmea;
@@ -40,7 +40,7 @@ pub enum Receiver {
 }
 
 impl Receiver {
-    /// A decoder without any input yet.
+    /// Creates a decoder for `protocol`.
     #[must_use]
     pub fn new(protocol: Protocol) -> Self {
         match protocol {
@@ -78,7 +78,7 @@ impl Receiver {
         }
     }
 
-    /// Takes the last heading of two antennas, once; only read from u-blox receivers.
+    /// Takes the last heading of two antennas, once; only u-blox receivers give one.
     pub fn take_antenna_heading(&mut self) -> Option<ReceiverHeading> {
         match self {
             #[cfg(feature = "ubx")]

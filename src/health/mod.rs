@@ -1,8 +1,9 @@
-//! Health of an estimate: which of its quantities are good enough to fly on.
+//! Health of an estimate: the quantities of the estimate that are good enough to fly on.
 //!
-//! [`Solution::health`] looks at one moment: one-sigma and age. A [`HealthMonitor`] also observes all sensor events and
-//! estimator notices. It detects faults that a one-sigma does not show: a frozen sensor, or fixes that contradict the
-//! estimate. The autopilot picks its mode by it, and returns to a better mode after [`HealthLimits::recovery_s`].
+//! [`Solution::health`] evaluates one moment: one-sigmas and age. A [`HealthMonitor`] also observes all sensor events
+//! and estimator notices. It detects faults that a one-sigma does not show: a frozen sensor, or fixes that contradict
+//! the estimate. The autopilot chooses its mode by the monitor's result, and returns to a better mode after
+//! [`HealthLimits::recovery_s`].
 //!
 //! ```
 //! use hovernav::prelude::*;
@@ -25,8 +26,8 @@ use crate::ekf::Solution;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// Largest one-sigmas and age of an estimate that is good enough to fly on. In `autopilot.toml` the section
-/// `[health]`.
+/// Largest one-sigmas and age of an estimate that is good enough to fly on. It is the section `[health]` of
+/// `autopilot.toml`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -34,23 +35,23 @@ use crate::time::Time;
     serde(default, deny_unknown_fields)
 )]
 pub struct HealthLimits<T = f64> {
-    /// Roll and pitch, rad.
+    /// Largest one-sigma of roll and pitch, rad.
     pub tilt_sigma_rad: T,
-    /// Heading, rad.
+    /// Largest one-sigma of heading, rad.
     pub heading_sigma_rad: T,
-    /// Horizontal velocity, m/s.
+    /// Largest one-sigma of horizontal velocity, m/s.
     pub velocity_sigma_mps: T,
-    /// Vertical velocity, m/s.
+    /// Largest one-sigma of vertical velocity, m/s.
     pub vertical_velocity_sigma_mps: T,
-    /// Position, each axis, m.
+    /// Largest one-sigma of position on each axis, m.
     pub position_sigma_m: T,
-    /// Age of the estimate, s.
+    /// Largest age of the estimate, s.
     pub age_s: T,
     /// Time without an accepted fix, s, after which the estimate counts as dead reckoning.
     pub dead_reckoning_s: T,
-    /// Time of rejected fixes, s, after which they contradict the estimate.
+    /// Time, s, after which continually rejected fixes count as a contradiction to the estimate.
     pub disagreement_s: T,
-    /// Time, s, for which a quantity must be good before a better mode uses it again.
+    /// Time, s, for which a quantity must be good before the autopilot returns to a better mode that uses it.
     pub recovery_s: T,
 }
 
@@ -89,7 +90,7 @@ impl<T: Scalar> HealthLimits<T> {
     }
 }
 
-/// Reason why an estimate, or a part of it, is not good enough to fly on.
+/// Reason why an estimate, or a quantity of it, is not good enough to fly on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Distrust {
@@ -111,7 +112,7 @@ pub enum Distrust {
     Position,
     /// The sensor repeats the same values: it does not measure.
     Frozen,
-    /// The fixes contradict the estimate, and it is unknown which is right.
+    /// The fixes contradict the estimate; it is unknown which of the two is right.
     Disagreement,
 }
 
@@ -132,14 +133,14 @@ impl fmt::Display for Distrust {
     }
 }
 
-/// Trust in a part of an estimate.
+/// Trust in a quantity of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Trust {
     /// Fully usable.
     Valid,
     /// Good enough to fly on, but degraded: close to its limit, by dead reckoning, or suspect after a sensor fault.
     Degraded,
-    /// Not good enough.
+    /// Not good enough to fly on.
     Lost,
 }
 
@@ -154,13 +155,13 @@ pub struct DegradedQuantities {
     pub position: bool,
 }
 
-/// Share of its limit beyond which a one-sigma counts as degraded.
+/// Fraction of its limit above which a one-sigma counts as degraded.
 const DEGRADED: f64 = 0.6;
-/// Share of its limit below which a one-sigma that exceeded the limit is good again.
+/// Fraction of its limit below which a one-sigma that exceeded the limit is good again.
 const GOOD_AGAIN: f64 = 0.8;
 
 impl DegradedQuantities {
-    /// No quantity is degraded.
+    /// The value for which no quantity is degraded.
     pub const NONE: Self = Self { attitude: false, velocity: false, position: false };
 
     /// The quantities of a solution that are close to their limits.
@@ -180,13 +181,13 @@ impl DegradedQuantities {
     }
 }
 
-/// Quantities of an estimate that are good enough to fly on: each is `Ok`, or the reason why it is not.
+/// State of each quantity of an estimate: `Ok` if it is good enough to fly on, otherwise the reason why it is not.
 ///
-/// Without tilt no quantity is good enough, and without horizontal velocity the position is not.
+/// If tilt is not good enough, no quantity is. If horizontal velocity is not good enough, position is not either.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Health {
-    /// Roll, pitch and angular rates.
+    /// State of roll, pitch and angular rates.
     pub tilt: Result<(), Distrust>,
     /// Heading.
     pub heading: Result<(), Distrust>,
@@ -194,17 +195,17 @@ pub struct Health {
     pub velocity: Result<(), Distrust>,
     /// Vertical velocity.
     pub vertical_velocity: Result<(), Distrust>,
-    /// Position, all three axes.
+    /// State of position, all three axes.
     pub position: Result<(), Distrust>,
     /// Quantities that are degraded.
     pub degraded: DegradedQuantities,
-    /// Time of the last accepted fix, where it is too long ago: velocity and position are dead-reckoned since then.
+    /// Time of the last accepted fix, if it is too long ago. Velocity and position are dead-reckoned since this time.
     pub dead_reckoning_since: Option<Time>,
 }
 
 impl<T: Scalar> Solution<T> {
-    /// Health of the solution at `now`, on the solution's clock, by the default [`HealthLimits`]. Sees one moment only:
-    /// a [`HealthMonitor`] also detects frozen sensors and rejected fixes.
+    /// Health of the solution at `now`, on the solution's clock, by the default [`HealthLimits`]. It evaluates one
+    /// moment only; a [`HealthMonitor`] also detects frozen sensors and rejected fixes.
     #[must_use]
     pub fn health(&self, now: Time) -> Health {
         Health::assess(Some(self), now, &HealthLimits::default().cast())
@@ -212,7 +213,7 @@ impl<T: Scalar> Solution<T> {
 }
 
 impl Health {
-    /// No quantity is good enough, for one reason.
+    /// Health without any good quantity; `why` is the reason.
     #[must_use]
     pub const fn none(why: Distrust) -> Self {
         Self {
@@ -232,7 +233,7 @@ impl Health {
         trust(self.tilt.and(self.heading).is_ok(), self.degraded.attitude)
     }
 
-    /// Velocity, all three axes.
+    /// Trust in the velocity, all three axes.
     #[must_use]
     pub fn velocity_trust(&self) -> Trust {
         trust(self.velocity.and(self.vertical_velocity).is_ok(), self.degraded.velocity)
@@ -250,7 +251,7 @@ impl Health {
             .map(|quantity| quantity.is_ok())
     }
 
-    /// This health without velocity, and therefore without position; `why` is the reason.
+    /// This health with velocity marked as not good, and therefore position too; `why` is the reason.
     fn without_velocity(self, why: Distrust) -> Self {
         Self { velocity: Err(why), vertical_velocity: Err(why), position: Err(why), ..self }
     }
@@ -267,8 +268,8 @@ impl Health {
         Self { degraded: near.unwrap_or(DegradedQuantities::NONE), ..health }
     }
 
-    /// Health of `solution` at `now` without [`DegradedQuantities`]. A quantity that was not good enough before must be well within
-    /// its limit: `was_good` in the order of [`are_good`](Self::are_good).
+    /// Health of `solution` at `now` without [`DegradedQuantities`]. A quantity that was not good enough before must be
+    /// well within its limit. `was_good` has the order of [`are_good`](Self::are_good).
     fn within<T: Scalar>(
         solution: Option<&Solution<T>>,
         now: Time,

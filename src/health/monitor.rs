@@ -9,14 +9,17 @@ use crate::imu::Motion;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// Number of repetitions, and their duration, s, after which a receiver's fix counts as frozen.
+/// Number of repetitions after which a receiver's fix counts as frozen.
 const FIX_REPEATS: u8 = 2;
+/// Shortest duration, s, of the repetitions of a frozen fix.
 const FIX_FROZEN_S: f64 = 1.5;
-/// Number of repetitions, and their duration, s, after which an inertial sample counts as frozen.
+/// Number of repetitions after which an inertial sample counts as frozen.
 const SAMPLE_REPEATS: u8 = 4;
+/// Shortest duration, s, of the repetitions of a frozen inertial sample.
 const SAMPLE_FROZEN_S: f64 = 0.12;
-/// Number of rejections that make a disagreement, and of consecutive acceptances that end it.
+/// Number of rejected fixes after which fixes and estimate disagree.
 const REJECTIONS: u8 = 3;
+/// Number of consecutive accepted fixes after which the disagreement ends.
 const ACCEPTANCES: u8 = 3;
 /// Time, s, for which attitude counts as degraded after a suspect sample.
 const SUSPECT_S: f64 = 1.0;
@@ -81,17 +84,18 @@ impl Agreement {
 
 /// Health of an estimate over time: not only its one-sigmas, but also whether the sensors work and agree with it.
 ///
-/// Pass it every event for the estimator and every notice of the estimator; both are cheap. Without them it uses
-/// one-sigma and age alone, as [`Health::assess`] does.
+/// Pass to it every event for the estimator and every notice of the estimator; both take little time. Without events
+/// and notices it uses one-sigma and age alone, as [`Health::assess`] does.
 ///
-/// | detected | condition | response |
-/// |---|---|---|
-/// | a frozen receiver | three fixes equal to the last bit, for 1.5 s | no position, no velocity: [`Distrust::Frozen`] |
-/// | a frozen inertial unit | five samples equal to the last bit, for 0.12 s | no quantity is good: [`Distrust::Frozen`] |
-/// | rejected fixes | three rejections over [`HealthLimits::disagreement_s`] | without that quantity: [`Distrust::Disagreement`], until three in a row are accepted |
-/// | no accepted fix | for [`HealthLimits::dead_reckoning_s`] | [`Health::dead_reckoning_since`]; one-sigma limits how long it is good enough |
+/// * Frozen receiver: three fixes equal to the last bit, for 1.5 s. Position and velocity are not good:
+///   [`Distrust::Frozen`].
+/// * Frozen inertial unit: five samples equal to the last bit, for 0.12 s. No quantity is good: [`Distrust::Frozen`].
+/// * Rejected fixes: three rejections over [`HealthLimits::disagreement_s`]. The rejected quantity is not good,
+///   [`Distrust::Disagreement`], until three fixes in a row are accepted.
+/// * No accepted fix for [`HealthLimits::dead_reckoning_s`]: [`Health::dead_reckoning_since`] is set. The one-sigmas
+///   limit the time for which position and velocity are good enough.
 ///
-/// A one-sigma that exceeded its limit must fall to 0.8 of the limit before it is good again.
+/// A one-sigma that exceeded its limit is good again only below 0.8 of the limit.
 #[derive(Clone, Copy, Debug)]
 pub struct HealthMonitor<T = f64> {
     limits: HealthLimits<T>,
@@ -140,7 +144,7 @@ impl<T: Scalar> HealthMonitor<T> {
                 (self.position.accepted, self.velocity.accepted) = (start, start);
             }
             Notice::Updated(report) => {
-                // A group is accepted or rejected as a whole: one axis represents both.
+                // North and east are accepted or rejected together: one axis represents both.
                 for axis in report.innovations() {
                     match axis.channel {
                         Channel::PositionNorth => self.position.observe(axis.time, axis.verdict),

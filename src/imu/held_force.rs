@@ -3,33 +3,37 @@
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
-/// Usual change of a vehicle's own specific force within a second, and its maximum, one-sigma, m/s².
+/// Usual change of a vehicle's own specific force within a second, one-sigma, m/s².
 const AGILITY_MPS2: f64 = 1.0;
+/// Largest change of a vehicle's own specific force within a second, one-sigma, m/s².
 const MOST_AGILITY_MPS2: f64 = 3.0;
 /// Memory of the force before a shock, s.
 const BEFORE_S: f64 = 0.3;
-/// Growth per second of the variance of the force estimated during a shock, and initial variance, (m/s²)².
+/// Growth per second of the variance of the force estimated during a shock, (m/s²)²/s.
 const DRIFT: f64 = AGILITY_MPS2 * AGILITY_MPS2;
+/// Variance of the estimated force before a shock, (m/s²)².
 const AT_EASE: f64 = DRIFT * BEFORE_S;
-/// Shocks begin when the vibration adds more to the integral's variance than a held force. The vibration counts as
-/// white noise over this time, s.
+/// Time, s, for which vibration counts as white noise in the decision whether a shock begins.
 const WEIGHED_S: f64 = 0.3;
+/// Variance of the integral of a held force over that time, (m/s)². A shock begins when the vibration adds more than
+/// this.
 const HELD_COST: f64 =
     MOST_AGILITY_MPS2 * MOST_AGILITY_MPS2 * (BEFORE_S * WEIGHED_S + WEIGHED_S * WEIGHED_S / 3.0);
 /// Limit of a clipped reading's distance from the held force, in one-sigmas of the vibration. The result is close to a
 /// median, which a tone clipped on one side does not move.
 const FURTHEST_SIGMAS: f64 = 0.5;
-/// Share of shocks whose readings are true motion, as in a catapult launch.
+/// Fraction of shocks whose readings are true motion, as in a catapult launch.
 const PUSHES: f64 = 0.2;
-/// Memory of the strongest vibration, s, and its smallest decay factor per sample: a tone continues between its peaks.
+/// Memory of the strongest vibration, s.
 const SHAKING_S: f64 = 0.05;
+/// Smallest decay factor of the strongest vibration per sample: a tone continues between its peaks.
 const LEAST_LEFT: f64 = 0.3;
 
 /// Tracks the specific force of one inertial unit with a short mean. In a shock, a Kalman filter instead weighs the
 /// vibration against the agility of a vehicle.
 ///
 /// A tone of tens of m/s², sampled a few times per period and clipped, integrates to a velocity error of metres per
-/// second. The vehicle's own force hardly changes meanwhile.
+/// second. The vehicle's own force hardly changes during that time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HeldForce<T> {
     /// Estimated force, m/s².
@@ -48,8 +52,9 @@ struct Shock<T> {
     variance: T,
     /// Recent vibration variance on the strongest axis, (m/s²)².
     shaking: T,
-    /// Integral of the withheld force over the shock, m/s, and the greatest square of its length, (m/s)².
+    /// Integral of the excluded force over the shock, m/s.
     withheld_mps: Vector<Body, T>,
+    /// Greatest square of the length of that integral, (m/s)².
     greatest_withheld: T,
 }
 
@@ -58,7 +63,7 @@ struct Shock<T> {
 pub(super) struct Shaking<T> {
     /// Variance on the axis with the strongest vibration, from the last reading, (m/s²)².
     pub variance: T,
-    /// Whether the last reading is a strong shock reading that may begin a shock.
+    /// Whether the last reading is strong enough to begin a shock.
     pub struck: bool,
     /// Whether recent readings were at full scale.
     pub cut_off: bool,
@@ -69,7 +74,7 @@ pub(super) struct Shaking<T> {
 pub(super) struct Sampling<T> {
     /// Time since the previous reading, s.
     pub interval_s: T,
-    /// Whether the integral is a trapezoid over this reading and the previous one.
+    /// Whether readings are momentary. The integral is then a trapezoid over this reading and the previous one.
     pub momentary: bool,
     /// Whether this interval and the two before it have the usual length.
     pub even: bool,
@@ -78,7 +83,7 @@ pub(super) struct Sampling<T> {
 /// Result for one reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Held<T> {
-    /// Withheld part of the mean force over the interval, m/s².
+    /// Part of the mean force over the interval that is excluded as a shock, m/s².
     pub withheld_mps2: Vector<Body, T>,
     /// Variance that the interval adds to the integral of each axis, (m/s)²; `None` if the whole reading was used.
     pub variance: Option<T>,
@@ -108,7 +113,7 @@ impl<T: Scalar> HeldForce<T> {
             let costs = shaking.variance * interval_s > T::of(HELD_COST / WEIGHED_S);
             shaking.struck && costs && even && share < T::of(0.5)
         };
-        // Withheld part of the previous reading.
+        // Excluded part of the previous reading.
         let before = if lasts { first - self.force_mps2 } else { Vector::ZERO };
         let shakes = shaking.is_some();
         let Some(shaking) = shaking.filter(|shaking| lasts || begins(shaking)) else {
@@ -129,8 +134,8 @@ impl<T: Scalar> HeldForce<T> {
         };
         let mut taken_back = Vector::ZERO;
         if !lasts {
-            // A shock shows only in its second or third reading. The two readings before are removed from the mean, and
-            // withheld in full, although they belong to earlier intervals.
+            // A shock shows only in its second or third reading. The two readings before are removed from the mean.
+            // Both are excluded fully in this interval, although they belong to earlier intervals.
             let omitted = self.shock.omitted(interval_s);
             for reading in [first, second].into_iter().skip(omitted) {
                 let without = self.force_mps2 - reading * share;
@@ -186,8 +191,8 @@ impl<T: Scalar> Shock<T> {
         off_mps2.to_array().map(|off| off.max(-furthest).min(furthest)).into()
     }
 
-    /// Variance that an interval adds to the integral of each axis, (m/s)². It covers a force wrong by a constant
-    /// throughout the shock, and withheld readings that were right.
+    /// Variance that an interval adds to the integral of each axis, (m/s)². It covers a constant error of the estimated
+    /// force throughout the shock, and excluded readings that were true motion.
     fn leaves(&mut self, withheld_mps2: Vector<Body, T>, interval_s: T) -> T {
         let held = self.variance * interval_s * (T::of(2.0) * self.lasted_s + interval_s);
         self.lasted_s += interval_s;

@@ -19,7 +19,7 @@ pub struct FullScale {
     pub accel_mps2: f64,
 }
 
-/// Faults of single axes to look for.
+/// Faults of single axes that the monitor looks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Checks {
     /// Readings at full scale.
@@ -81,11 +81,11 @@ pub struct Suspicion<T = f64> {
     pub stuck: StuckAxes,
     /// Whether a shock acts on the inertial unit, far above its vibration of the last seconds.
     pub shaken: bool,
-    /// Variance that the sample's interval adds to the integral of rate in addition to the usual noise, rad².
+    /// Variance that the sample's interval adds to the integral of rate, beyond the usual noise, rad².
     pub angle_variance: [T; 3],
-    /// Same for the integral of specific force, (m/s)².
+    /// Variance that the sample's interval adds to the integral of specific force, beyond the usual noise, (m/s)².
     pub velocity_variance: [T; 3],
-    /// Part of the mean specific force over the interval that is withheld as a shock, m/s².
+    /// Part of the mean specific force over the interval that is excluded as a shock, m/s².
     pub withheld_mps2: Vector<Body, T>,
 }
 
@@ -179,7 +179,7 @@ pub struct Integrity<T = f64> {
     typical_interval_s: T,
     /// Time over which samples have arrived, s, up to the memory of the usual vibration.
     seen_s: T,
-    /// The previous readings, in the form of the unit's samples: a unit keeps to one form.
+    /// The previous readings, as rates or as increments: an inertial unit keeps one form.
     last: Option<[[T; 3]; 2]>,
     repeated: u8,
     /// Number of successive samples on a straight line.
@@ -196,15 +196,15 @@ const LEAST_SEEN_S: f64 = 1.0;
 const STUCK: u8 = 2;
 /// Number of successive samples on a straight line that indicate interpolation by a logger.
 const STRAIGHT: u8 = 5;
-/// Least duration of the samples on a straight line, s.
+/// Minimum duration of the samples on a straight line, s.
 const STRAIGHT_S: f64 = 0.1;
-/// Largest deviation of these samples from the line, as a share of the usual noise.
+/// Largest deviation of such samples from the line, as a fraction of the usual noise.
 const STRAIGHT_SHARE: f64 = 0.02;
-/// Least accelerometer noise, (m/s²)², at which straight lines count: less may be that of a simulation.
+/// Minimum accelerometer noise, (m/s²)², at which straight lines count: a smaller noise may be that of a simulation.
 const LEAST_NOISE: f64 = 1e-4;
-/// Number of intervals of usual length before a shock may begin; the shock withholds readings of these intervals.
+/// Number of intervals of usual length before a shock may begin. The shock excludes readings of these intervals.
 const EVEN: u8 = 3;
-/// Least vibration, (m/s²)², at which repeated readings are a fault: less may be below the resolution.
+/// Minimum vibration, (m/s²)², at which repeated readings are a fault: a smaller vibration may be below the resolution.
 const LEAST_VIBRATION: f64 = 0.0025;
 
 impl<T: Scalar> Integrity<T> {
@@ -268,8 +268,8 @@ impl<T: Scalar> Integrity<T> {
             && self.accel.difference.is_moving()
     }
 
-    /// Feeds the rates of a sample, `interval_s` after the previous one, with the unit's own full-scale flags `marks`.
-    /// `momentary` is true for rates at the sample's time, false for means over the interval.
+    /// Feeds the rates of a sample, `interval_s` after the previous one, with the inertial unit's own full-scale flags
+    /// `marks`. `momentary` is true for rates at the sample's time, false for means over the interval.
     ///
     /// # Source
     /// Equation (S13) of docs/equations.md.

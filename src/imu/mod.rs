@@ -42,8 +42,8 @@ pub struct ImuSample {
 }
 
 impl ImuSample {
-    /// A sample of angular rate, rad/s, and specific force, m/s², both in body axes, valid at `time`. The specific force
-    /// of a level vehicle at rest is −9.81 down.
+    /// A sample of angular rate, rad/s, and specific force, m/s², both in body axes, valid at `time`. The specific
+    /// force of a level vehicle at rest is −9.81 down.
     ///
     /// ```
     /// use hovernav::prelude::*;
@@ -62,7 +62,7 @@ impl ImuSample {
         Self::new(time, Motion::Rates { angular_rate_radps, specific_force_mps2 })
     }
 
-    /// A sample of the rotation, rad, and the velocity change, m/s, since the previous sample, as integrating units
+    /// A sample of the rotation, rad, and the velocity change, m/s, since the previous sample, as integrating IMUs
     /// output them: see [`Motion::Increments`].
     #[must_use]
     pub const fn from_increments(

@@ -8,8 +8,8 @@
 //!
 //! with the frequency f, the half-power width w, and the sampling interval T. Motion that is slow against f leaves the
 //! section α / (1 − c) samples later, about w / (2π f²) seconds: 1.3 ms for 5 Hz at 25 Hz. The output samples are dated
-//! back by this delay, so that the filter compares fixes with the motion at the right time. The dating is accurate to 1
-//! % of the delay below f/10.
+//! back by this delay, so that the filter compares fixes with the motion at the right time. Below f/10, the time of a
+//! sample is accurate to a hundredth of the delay.
 //!
 //! A frequency above half the sample rate appears below it as an alias; the section is set to the alias. An alias below
 //! [`NotchConfig::least_hz`] cannot be separated from motion and is left in.
@@ -35,7 +35,7 @@ pub struct NotchConfig {
     pub width_hz: f64,
     /// Number of multiples of the frequency to remove, 1 to [`MOST_HARMONICS`].
     pub harmonics: u32,
-    /// Lowest apparent frequency to remove, Hz: below it the vehicle itself moves.
+    /// Lowest apparent frequency to remove, Hz: lower frequencies belong to the vehicle's own motion.
     pub least_hz: f64,
 }
 
@@ -204,8 +204,8 @@ impl Notch {
         self.delay_s
     }
 
-    /// The sample without the rotor's vibration, dated back by the [`delay`](Self::delay_s). A sample that is not later
-    /// than the previous one, or not finite, is returned unfiltered, so that the filter can reject it.
+    /// The sample without the rotor's vibration, dated back by the [`delay`](Self::delay_s). A sample that is not
+    /// finite or not later than the previous one is returned unfiltered, so that the filter can reject it.
     ///
     /// # Source
     /// Equation (S15) of docs/equations.md.

@@ -11,20 +11,22 @@ use crate::scalar::Scalar;
 pub(super) struct Repetition<T> {
     /// Previous readings; `None` before the first.
     last: Option<[T; 3]>,
-    /// Duration, s, and number of repetitions of the present run of each axis.
+    /// Duration of the present run of repetitions of each axis, s.
     run_s: [T; 3],
+    /// Number of repetitions in the present run of each axis.
     count: [f32; 3],
-    /// Share of readings that repeat the previous one, learned from the first reading on.
+    /// Fraction of readings that repeat the previous one, learned from the first reading on.
     share: [f32; 3],
 }
 
-/// Memory of the learned share of repetitions, s.
+/// Memory of the learned fraction of repetitions, s.
 const MEMORY_S: f64 = 20.0;
-/// Smallest share of repetitions assumed for any sensor.
+/// Smallest fraction of repetitions assumed for any sensor.
 const LEAST_SHARE: f32 = 0.02;
-/// Lower limit of the learned share: after half an hour it would become denormal, which slows the processor.
+/// Lower limit of the learned fraction. Without it, the fraction would become denormal after half an hour, which slows
+/// the processor.
 const FORGOTTEN_SHARE: f32 = 1e-9;
-/// Initial share: the sensor counts as coarse until its share is known.
+/// Initial fraction of repetitions: the sensor counts as coarse until its fraction is known.
 const FIRST_SHARE: f32 = 0.8;
 /// Natural logarithm of the probability below which a run is not chance.
 const IMPROBABLE: f32 = -20.0;

@@ -25,20 +25,22 @@ pub struct Rest {
     rests: bool,
     /// Whether the last sample ended a second with motion, the first one after rest.
     moves_off: bool,
-    /// Time, s, of slow fixes without a moving second.
+    /// Time, s, for which the fixes have been slow and no second had motion.
     slow_s: f32,
 }
 
 /// Number of axes: three rates, then three forces.
 const AXES: usize = 6;
 
-/// Largest standard deviations at rest: gyros, rad/s, and accelerometers, m/s².
+/// Largest standard deviation of the gyros at rest, rad/s.
 const STILL_RADPS: f32 = 0.012;
+/// Largest standard deviation of the accelerometers at rest, m/s².
 const STILL_MPS2: f32 = 0.1;
-/// Largest change of the means from one second to the next: gyros, rad/s, and accelerometers, m/s².
+/// Largest change of a mean rate from one second to the next at rest, rad/s.
 const STEADY_RADPS: f32 = 0.005;
+/// Largest change of a mean force from one second to the next at rest, m/s².
 const STEADY_MPS2: f32 = 0.05;
-/// Largest change of a mean rate from its recent mean, rad/s: noise, warming up.
+/// Largest change of a mean rate from its recent mean at rest, rad/s, by noise and warming up.
 const DRIFT_RADPS: f32 = 0.002;
 /// Sine of the largest turn of the magnetic field from its recent mean.
 const FIELD_TURN: f32 = 0.07;
@@ -46,11 +48,13 @@ const FIELD_TURN: f32 = 0.07;
 const STILLNESS_S: f32 = 60.0;
 /// Largest gyro bias, rad/s; a faster turn is not rest.
 const LARGEST_BIAS_RADPS: f32 = 0.05;
-/// Largest velocities at rest, m/s. Horizontal: of one fix, and of the mean of the fixes. Downward: of one fix, and of
-/// the mean.
+/// Largest horizontal velocity of one fix at rest, m/s.
 const FIX_MPS: f32 = 0.5;
+/// Largest horizontal velocity of the mean of the fixes at rest, m/s.
 const FIX_MEAN_MPS: f32 = 0.15;
+/// Largest vertical velocity of one fix at rest, m/s.
 const FIX_DOWN_MPS: f32 = 1.0;
+/// Largest vertical velocity of the mean of the fixes at rest, m/s.
 const FIX_MEAN_DOWN_MPS: f32 = 0.25;
 /// Averaging time of the mean of the fixes, s: the time for which the fixes have been slow, within this range. The
 /// receiver's error of the mean decreases with the square root of the averaging time.
@@ -220,7 +224,7 @@ impl Rest {
     }
 
     /// Feeds a sample, `interval_s` after the previous one. Returns the mean angular rate, rad/s, of a second that ends
-    /// with this sample, if the vehicle rested through that second and the one before.
+    /// with this sample. `None` unless the vehicle rested through that second and the one before.
     pub fn push<T: Scalar>(
         &mut self,
         time: Time,

@@ -2,10 +2,10 @@
 //!
 //! Position and velocity come from the first fix. Roll and pitch come from the inertial unit's own attitude, if it
 //! computes one, otherwise from levelling on the mean specific force. A vehicle that accelerates cannot be levelled:
-//! the change of velocity from fix to fix gives the direction of its specific force. All have a matching uncertainty,
-//! so a vehicle in flight aligns like one at rest, only less accurately. Gyro bias is measured when the vehicle is at
-//! rest. Heading comes from the source that configuration and sensors allow; without one it stays unknown, for the
-//! filter to find in motion.
+//! the change of velocity from fix to fix gives the direction of its specific force. Every result has a matching
+//! uncertainty, so a vehicle in flight aligns like one at rest, only less accurately. Gyro bias is measured when the
+//! vehicle is at rest. Heading comes from the source that configuration and sensors allow. Without a source it stays
+//! unknown until the filter finds it in motion.
 
 mod orientation;
 mod pull;
@@ -37,7 +37,7 @@ pub enum HeadingSource {
     Magnetometer,
     /// The course over ground; only for vehicles whose nose points along their course.
     Course,
-    /// No source: found in motion.
+    /// No source: the heading is found in motion.
     Unknown,
 }
 
@@ -51,11 +51,11 @@ pub enum HeadingSource {
     serde(default, deny_unknown_fields)
 )]
 pub struct AlignmentConfig {
-    /// The only heading source to use. `None` takes the first available of two antennas, attitude, magnetometer,
-    /// unknown. Course is used only if named here.
+    /// The only heading source to use. With `None`, the first available source is used, in the order two antennas,
+    /// attitude, magnetometer, unknown. Course is used only if named here.
     pub heading: Option<HeadingSource>,
-    /// The second GPS antenna from the first, body axes, m; `None` if the receiver reports the heading of the vehicle
-    /// itself.
+    /// Vector from the first GPS antenna to the second, body axes, m. `None` if the receiver reports the heading of the
+    /// vehicle itself.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub baseline_m: Option<Vector<Body>>,
     /// Required length of inertial data, s.
@@ -70,7 +70,7 @@ pub struct AlignmentConfig {
     pub attitude_tilt_sigma_rad: f64,
     /// One-sigma of the inertial unit's own heading or of the magnetic heading, rad.
     pub heading_sigma_rad: f64,
-    /// One-sigma of levelling at rest, rad: accelerometer bias over g.
+    /// One-sigma of levelling at rest, rad: the accelerometer bias divided by gravity.
     pub level_sigma_rad: f64,
     /// One-sigma of levelling in motion, rad.
     pub moving_level_sigma_rad: f64,
@@ -78,7 +78,7 @@ pub struct AlignmentConfig {
     pub position_sigma_m: f64,
     /// One-sigma of velocity, used where a fix states no accuracy of its own, m/s.
     pub velocity_sigma_mps: f64,
-    /// Least speed at which the course gives the heading, m/s.
+    /// Minimum speed at which the course gives the heading, m/s.
     pub course_speed_mps: f64,
 }
 
@@ -168,8 +168,8 @@ pub struct Alignment {
     pub at_rest: bool,
     /// Length of the inertial data used, s.
     pub duration_s: f64,
-    /// Unit vector of the direction about which the attitude is unknown without a heading: down, or opposite to the
-    /// specific force for a vehicle that accelerates.
+    /// Unit vector about which the attitude is unknown without a heading. It points down, or opposite to the specific
+    /// force for a vehicle that accelerates.
     pub axis: Vector<Ned>,
 }
 
@@ -183,8 +183,8 @@ pub struct Aligner {
     field_gauss: Option<Vector<Body>>,
     /// Time, value, rad, and one-sigma, rad, of the last two-antenna heading.
     antenna_heading: Option<(Time, f32, f32)>,
-    /// Time of the first of the present run of fixes without a height; [`NEVER`] if the last fix had a height. Takes
-    /// eight bytes less than an option.
+    /// Time of the first fix in the present run of fixes without a height; [`NEVER`] if the last fix had a height. It
+    /// takes eight bytes less than an option.
     heightless_since: Time,
 }
 
@@ -212,15 +212,19 @@ pub(crate) const ALIGNABLE_S: f64 = 2.0;
 const NEVER: Time = Time::from_nanoseconds(i64::MAX);
 /// Time, s, for which fixes without a height are skipped before one of them ends the alignment.
 const HEIGHT_WAIT_S: f64 = 10.0;
-/// One-sigma of a height without a measurement, m: aircraft altitudes lie within three of it.
+/// One-sigma of a height without a measurement, m: aircraft altitudes lie within three one-sigmas.
 pub(crate) const UNKNOWN_HEIGHT_M: f64 = 1000.0;
-/// Limits of rest: GPS speed, m/s; mean rate, rad/s; scatter of the rate, rad/s; vibration, m/s².
+/// Largest GPS speed at rest, m/s.
 const REST_SPEED_MPS: f64 = 0.25;
+/// Largest mean rate at rest, rad/s.
 const REST_RATE_RADPS: f64 = 0.02;
+/// Largest scatter of the rate at rest, rad/s.
 const REST_RATE_SCATTER_RADPS: f64 = 0.06;
+/// Largest vibration at rest, m/s².
 const REST_VIBRATION_MPS2: f64 = 0.3;
-/// In steady motion the mean force equals gravity. A larger difference, m/s², or a faster turn, rad/s, is a manoeuvre.
+/// Largest difference of the mean force from gravity in steady motion, m/s². A larger one is a manoeuvre.
 const MANOEUVRE_MPS2: f64 = 0.7;
+/// Largest turn rate in steady motion, rad/s. A faster turn is a manoeuvre.
 const MANOEUVRE_RADPS: f64 = 0.15;
 
 impl Window {
@@ -231,7 +235,8 @@ impl Window {
             return;
         };
         let interval_s = sample.time - last;
-        // A clock set back by more must restart the window; otherwise it would reject every later sample.
+        // A clock set back by more than [`LONGEST_GAP_S`] must restart the window; otherwise it would reject every
+        // later sample.
         let out_of_order = (-LONGEST_GAP_S..=0.0).contains(&interval_s);
         if out_of_order || !sample.motion.is_finite() {
             return;
@@ -360,7 +365,8 @@ impl Aligner {
                 self.heightless_since =
                     if fix.two_dimensional { self.heightless_since.min(fix.time) } else { NEVER };
                 let alignment = self.align::<WEIGH>(fix);
-                // The last fix is kept as long as it is usable: velocities over a longer time are more accurate.
+                // The last fix is kept as long as it is usable. Over a longer time, the acceleration between two fixes
+                // is more accurate.
                 if WEIGH && alignment.is_none() && self.window.since_fix.is_old() {
                     self.window.since_fix = SinceFix::begin(fix);
                 }
@@ -383,7 +389,7 @@ impl Aligner {
         self.window.last().is_some_and(|last| time <= last)
     }
 
-    /// Age of a fix against the last inertial sample, s; `None` before the first sample.
+    /// Age of a fix relative to the last inertial sample, s; `None` before the first sample.
     pub(crate) fn age_s(&self, fix: &Fix) -> Option<f64> {
         self.window.last().map(|last| last - fix.time)
     }
@@ -471,5 +477,5 @@ impl Aligner {
 
 /// Time, s, by which a window that begins at a fix starts before the fix.
 const BEFORE_S: f64 = 0.05;
-/// Least one-sigma of a gyro bias measured at rest, rad/s (0.03°/s).
+/// Minimum one-sigma of a gyro bias measured at rest, rad/s (0.03°/s).
 const REST_BIAS_RADPS: f64 = 5e-4;

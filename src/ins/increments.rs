@@ -66,7 +66,7 @@ struct Previous<T> {
 }
 
 impl<T: Scalar> Integrator<T> {
-    /// No sample yet.
+    /// State before the first sample.
     pub const EMPTY: Self = Self { previous: None };
 
     /// The time of the last accepted sample.

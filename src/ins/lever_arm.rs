@@ -53,7 +53,7 @@ impl<T: Scalar> LeverArm<T> {
 
     /// The specific force at the point, m/s², from that at the inertial unit: f + ω̇×ℓ + ω×(ω×ℓ).
     ///
-    /// ℓ points from the unit to the point. The r of equation 4.1 has the opposite direction, ℓ = −r.
+    /// ℓ points from the inertial unit to the point. The r of equation 4.1 has the opposite direction, ℓ = −r.
     ///
     /// # Source
     /// Equation (S10) of docs/equations.md.

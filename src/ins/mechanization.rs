@@ -19,18 +19,20 @@ pub struct NavState<T = f64> {
     pub body_to_ned: Rotation<Body, Ned, T>,
 }
 
-/// Correlation time of the rate of a controlled vehicle, s: of tilt, and of turn.
+/// Correlation time of a controlled vehicle's tilt rate, s.
 const TILT_MEMORY_S: f64 = 0.3;
+/// Correlation time of a controlled vehicle's turn rate about the vertical, s.
 const TURN_MEMORY_S: f64 = 1.0;
-/// Largest rotation of a state over a gap, rad. A faster rate is a movement about to stop, and a single sample of it
-/// may be vibration. A state rotated past the vertical would return upside down.
+/// Largest tilt of a state over a gap, rad. A faster rate is a movement about to stop, and a single sample of it may be
+/// vibration. A state tilted past the vertical would return upside down.
 const MOST_TILTED_RAD: f64 = 0.35;
+/// Largest turn of a state about the vertical over a gap, rad. A faster rate is a movement about to stop.
 const MOST_TURNED_RAD: f64 = 1.0;
 
 /// Upper limit of the speed, m/s: faster than any orbit.
 const FASTEST_MPS: f64 = 1e4;
 
-/// Intermediate results of one step of the mechanization, for the covariance and for looking back.
+/// Intermediate results of one mechanization step, for the covariance and for looking back.
 #[derive(Clone, Copy, Debug)]
 pub struct Advance<T = f64> {
     /// Direction cosines of the attitude at the start, rows north, east, down.
@@ -44,7 +46,7 @@ pub struct Advance<T = f64> {
 }
 
 impl<T: Scalar> NavState<T> {
-    /// At rest at latitude and longitude zero, level, nose to the north.
+    /// State at rest at latitude and longitude zero, level, heading north.
     pub const ORIGIN: Self = Self {
         time: Time::ZERO,
         position: Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 },

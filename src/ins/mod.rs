@@ -8,7 +8,7 @@ mod mounting;
 
 pub(crate) use alignment::{ALIGNABLE_S, UNKNOWN_HEIGHT_M};
 pub use alignment::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
-// The steps of the strapdown, public for tests and benchmarks.
+// The parts of the strapdown mechanization, public for tests and benchmarks.
 #[doc(hidden)]
 pub use increments::{Increment, Integrator};
 pub use lever_arm::{AngularAcceleration, LeverArm};

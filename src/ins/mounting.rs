@@ -3,8 +3,8 @@
 use super::LeverArm;
 use crate::frames::{Body, Vector};
 
-/// Positions of the inertial unit and the antenna, relative to the point of the solution: the centre of gravity, or the
-/// inertial unit itself.
+/// Positions of the inertial unit and the antenna, relative to the point of the solution. This point is the centre of
+/// gravity, or the inertial unit itself.
 ///
 /// ```
 /// use hovernav::frames::Vector;

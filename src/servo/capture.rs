@@ -6,7 +6,7 @@ use super::width::{LONGEST_MS, SHORTEST_MS, is_plausible};
 use crate::controls::{Channel, Channels};
 use crate::time::Time;
 
-/// One pulse.
+/// A pulse, with its width and the time of its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulse {
     /// Width of the pulse, ms, from 0.5 to 2.5.
@@ -43,15 +43,16 @@ impl core::error::Error for PulseFault {}
 pub struct Captured {
     /// The last good pulse; `None` before the first.
     pub pulse: Option<Pulse>,
-    /// Number of pulses that were impossible, timed backwards or damaged in transfer, since the start.
+    /// Number of pulses since the start that had an impossible width, went backwards in time, or were damaged in
+    /// transfer.
     pub errors: u32,
 }
 
 impl Captured {
-    /// Takes a pulse of `width_ms` that ended `at`.
+    /// Processes a pulse of `width_ms` that ended at the time `at`.
     ///
     /// # Errors
-    /// The fault for which the pulse was counted.
+    /// [`PulseFault`] if the pulse counts as an error.
     pub fn push(&mut self, width_ms: f64, at: Time) -> Result<(), PulseFault> {
         if !is_plausible(width_ms) {
             self.count_error();
@@ -77,8 +78,8 @@ impl Captured {
         self.pulse.map(|pulse| now - pulse.at)
     }
 
-    /// The last good width, ms, if it is no older than `longest_age_s`. A pulse this far in the future is rejected
-    /// too.
+    /// The last good width, ms, if it is not older than `longest_age_s`. A pulse further than `longest_age_s` in the
+    /// future is rejected too.
     #[must_use]
     pub fn fresh_ms(&self, now: Time, longest_age_s: f64) -> Option<f64> {
         self.pulse
@@ -87,13 +88,13 @@ impl Captured {
     }
 }
 
-/// State of all of the pilot's pulses.
+/// State of the pilot's pulses on all channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PilotPulses {
-    /// Each channel.
+    /// State of each channel with a servo.
     pub channels: Channels<Captured>,
-    /// The sixth channel, aux: the pilot's switch for the autopilot. It has no servo, and its loss does not count as
-    /// loss of the pilot.
+    /// State of the sixth channel, aux: the pilot's switch for the autopilot. It has no servo, and its loss does not
+    /// count as loss of the pilot's signal.
     pub aux: Captured,
     /// Whether the receiver reports the loss of the transmitter.
     pub receiver_failsafe: bool,
@@ -107,10 +108,10 @@ pub struct PilotPulses {
     serde(default, deny_unknown_fields)
 )]
 pub struct SignalConfig {
-    /// Age, s, beyond which a pulse is stale. Five pulses at 50 Hz by default.
+    /// Age, s, beyond which a pulse is stale. The default is five pulse intervals at 50 Hz.
     pub stale_after_s: f64,
-    /// Width, ms, below which a throttle pulse is the receiver's failsafe position, below the range of the stick; 0 if
-    /// no such position is set.
+    /// Width, ms, below which a throttle pulse is the receiver's failsafe position; 0 if the receiver has no such
+    /// position. The width is below the range of the stick.
     pub failsafe_throttle_ms: f64,
 }
 
@@ -127,7 +128,7 @@ pub enum Signal {
     Good,
     /// This channel, and perhaps others, has had no good pulse for too long.
     Stale(Channel),
-    /// The receiver reports the loss of the transmitter, or shows it by its throttle.
+    /// The receiver reports the loss of the transmitter, or sends its failsafe throttle position.
     Failsafe,
 }
 

@@ -1,4 +1,4 @@
-//! One servo's trim, range, direction and speed; widths to stick fractions and back.
+//! Trim, range, direction and rate of one servo, and the conversion between pulse widths and stick fractions.
 
 use core::fmt;
 
@@ -6,7 +6,7 @@ use super::width::{LONGEST_MS, SHORTEST_MS};
 use crate::controls::{Channel, Channels};
 use crate::scalar::Readable;
 
-/// Direction of a servo for a positive stick.
+/// Direction in which a positive stick changes the pulse width of a servo.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -21,13 +21,14 @@ pub enum Direction {
     Reversed,
 }
 
-/// One channel: the meaning of its widths and the range of its servo.
+/// Configuration of one channel: conversion between widths and sticks, and the range of the servo.
 ///
 /// A stick fraction is a width about trim, in units of `travel_ms`, the same on both sides. A linear model or
-/// controller thus has one gain, even for an asymmetric range. If an end of the range is closer than `travel_ms`, full
-/// stick ends there.
+/// controller thus has one gain, even for an asymmetric range. If an end of the range is closer to trim than
+/// `travel_ms`, full stick reaches only that end.
 ///
-/// In TOML, `[servo.lateral]` and so on. A missing key has its default; an invalid value is rejected with the reason.
+/// In TOML it is the section `[servo.lateral]`, and likewise for the other channels. A missing key has its default; an
+/// invalid value is rejected with the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -37,19 +38,19 @@ pub enum Direction {
 pub struct ChannelConfig {
     /// Width at stick fraction 0, ms, inside the range.
     pub trim_ms: f64,
-    /// Shortest width for the servo, ms, from 0.5.
+    /// Shortest width for the servo, ms, at least 0.5.
     pub min_ms: f64,
-    /// Longest width for the servo, ms, to 2.5.
+    /// Longest width for the servo, ms, at most 2.5.
     pub max_ms: f64,
     /// Change of width for a stick fraction of 1, ms, from 0.05 to 2.
     pub travel_ms: f64,
-    /// Direction for a positive stick.
+    /// Direction in which a positive stick changes the width.
     pub direction: Direction,
-    /// Width, ms, without commands; for the throttle, the width that closes it. `None` is trim.
+    /// Width, ms, when commands are missing; for the throttle, the width that closes it. `None` means trim.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub failsafe_ms: Option<f64>,
-    /// Largest rate of the servo's width, ms/s, above 0. 10 ms/s suits a fast cyclic servo: 60° in 0.1 s at 1 ms for
-    /// 60°.
+    /// Largest rate of the servo's width, ms/s, above 0. 10 ms/s suits a fast cyclic servo, which turns 60° in 0.1 s if
+    /// 1 ms of width corresponds to 60°.
     pub rate_limit_ms_per_s: f64,
 }
 
@@ -87,10 +88,10 @@ impl ChannelConfig {
         self.trim_ms + stick * self.signed_travel_ms()
     }
 
-    /// Whether every setting is finite and in its range, and trim lies inside the servo's range.
+    /// Checks that every setting is finite and in its range, and that trim lies inside the servo's range.
     ///
     /// # Errors
-    /// The first invalid setting.
+    /// [`ConfigError`] with the first invalid setting.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("min_ms", self.min_ms, SHORTEST_MS, LONGEST_MS)?;
         within("max_ms", self.max_ms, self.min_ms, LONGEST_MS)?;
@@ -118,7 +119,7 @@ impl Channels<ChannelConfig> {
     /// Checks the configurations of all five channels: see [`ChannelConfig::check`].
     ///
     /// # Errors
-    /// The first setting out of its range, with its channel.
+    /// [`ConfigError`] with the first setting out of its range, and its channel.
     pub fn check(&self) -> Result<(), ConfigError> {
         self.iter().try_for_each(|(channel, config)| {
             config.check().map_err(|error| ConfigError { channel: Some(channel), ..error })
@@ -154,9 +155,9 @@ pub(crate) fn within(key: &'static str, value: f64, from: f64, to: f64) -> Resul
 /// An invalid setting of a channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConfigError {
-    /// The channel, where it is known.
+    /// The channel; `None` for a setting without a channel.
     pub channel: Option<Channel>,
-    /// The setting.
+    /// Key of the setting.
     pub key: &'static str,
     /// The value found.
     pub value: f64,

@@ -1,20 +1,20 @@
-//! From timed edges to pulse widths.
+//! Pulse widths from timed edges.
 
 /// Result of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Paired {
-    /// No pulse yet: one has begun, or the first edge was the end of one.
+    /// No complete pulse yet: a pulse has begun, or the first edge was the end of a pulse.
     Waiting,
     /// A pulse has ended; its width, ms, plausible or not.
     Width(f64),
-    /// The other edge of this pulse is missing, or the two are not in order.
+    /// The other edge of this pulse is missing, or the two edges are not in order.
     Broken,
 }
 
 /// Pairs the edges of one line into pulses.
 ///
-/// The timing hardware or driver numbers the edges, so that lost edges show. A pulse counts only between a rising
-/// edge and the falling edge with the next number.
+/// The timing hardware or driver numbers the edges, so that lost edges are detected. A pulse counts only if the falling
+/// edge has the number after that of the rising edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EdgeTimer {
     /// Number and time, ns, of the rising edge of an incomplete pulse.
@@ -23,7 +23,7 @@ pub struct EdgeTimer {
 }
 
 impl EdgeTimer {
-    /// Takes the edge numbered `sequence` at `time_ns` on any steady clock.
+    /// Processes the edge with the number `sequence` at `time_ns` on any steady clock.
     pub fn edge(&mut self, rising: bool, sequence: u32, time_ns: u64) -> Paired {
         let first = !core::mem::replace(&mut self.started, true);
         let rose = self.rose.take();
@@ -59,10 +59,10 @@ mod tests {
     fn a_lost_edge_costs_its_own_pulse_and_no_other() {
         let mut timer = EdgeTimer::default();
         timer.edge(true, 1, 0);
-        // The fall numbered 2 and the rise numbered 3 are lost.
+        // The falling edge 2 and the rising edge 3 are lost.
         assert_eq!(timer.edge(false, 4, 21_000_000), Paired::Broken);
         timer.edge(true, 5, 40_000_000);
-        // The fall numbered 6 is lost.
+        // The falling edge 6 is lost.
         assert_eq!(timer.edge(true, 7, 60_000_000), Paired::Broken);
         assert_eq!(timer.edge(false, 8, 61_200_000), Paired::Width(1.2));
     }

@@ -4,7 +4,7 @@ use super::config::{ChannelConfig, ConfigError};
 use crate::controls::Channels;
 use crate::time::Time;
 
-/// Longest step, s, that the rate limit counts: a gap in the loop does not permit a jump.
+/// Longest interval between calls, s, that the rate limit counts: a gap in the loop does not permit a jump.
 const LONGEST_STEP_S: f64 = 0.1;
 
 /// Limit applied to a command.
@@ -14,12 +14,12 @@ pub enum Limit {
     None,
     /// The command is outside the range: the servo goes to the end of the range.
     Range,
-    /// The command exceeds the largest step of the servo.
+    /// The command exceeds the rate limit of the servo.
     Rate,
     /// The command is not a number: the last width is sent again.
     Held,
-    /// The command has not been a number for too long. Within its rate the servo goes to its failsafe width,
-    /// or to trim if no failsafe width is set.
+    /// The command has not been a number for longer than the hold time. Within its rate limit the servo goes to its
+    /// failsafe width, or to trim if no failsafe width is set.
     ToFailsafe,
 }
 
@@ -39,10 +39,10 @@ struct Servo {
     without_s: f64,
 }
 
-/// Keeps the servo commands within range and rate.
+/// Limits the servo commands to range and rate.
 ///
 /// While a command is NaN or infinite, the last width is held for `hold_s`; then the servo goes to the channel's
-/// failsafe width. The first call, and a call that is not later than the previous one, move no servo.
+/// failsafe width. The first call moves no servo, and neither does a call that is not later than the previous call.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limiter {
     config: Channels<ChannelConfig>,
@@ -53,10 +53,10 @@ pub struct Limiter {
 }
 
 impl Limiter {
-    /// A limiter with every servo at trim.
+    /// Creates a limiter with every servo at trim.
     ///
     /// # Errors
-    /// An invalid setting of a channel, or a `hold_s` outside 0 to 10 s.
+    /// [`ConfigError`] for an invalid setting of a channel, or a `hold_s` outside 0 to 10 s.
     pub fn new(config: Channels<ChannelConfig>, hold_s: f64) -> Result<Self, ConfigError> {
         config.check()?;
         if !(0.0..=10.0).contains(&hold_s) {
@@ -67,8 +67,8 @@ impl Limiter {
         Ok(Self { config, hold_s, servos, before: None })
     }
 
-    /// Sets the current widths of the servos, ms, as the start of the next command. The autopilot thus takes over
-    /// from the pilot without a jump. A width that is not finite is ignored; the range applies.
+    /// Sets the current widths of the servos, ms, as the start of the next command. The autopilot thus takes over from
+    /// the pilot without a jump. A width that is not finite is ignored; other widths are limited to the range.
     pub fn start_from(&mut self, widths_ms: &Channels<f64>) {
         self.servos =
             self.servos.zip(self.config).zip(*widths_ms).map(|((servo, config), width_ms)| {
@@ -113,7 +113,7 @@ impl Servo {
         let furthest_ms = config.rate_limit_ms_per_s * elapsed_s.min(LONGEST_STEP_S);
         let step_ms = (goal_ms - self.width_ms).max(-furthest_ms).min(furthest_ms);
         let arrives = self.width_ms + step_ms == goal_ms || step_ms == goal_ms - self.width_ms;
-        // On arrival the goal itself is taken, without a rounding error.
+        // A servo that reaches its goal gets exactly the goal, without a rounding error.
         let width_ms = if arrives { goal_ms } else { self.width_ms + step_ms };
         let limit = if reason == Limit::None && !arrives { Limit::Rate } else { reason };
         (Self { width_ms, without_s }, limit)

@@ -1,12 +1,12 @@
-//! Servo pulses: the pilot's commands in, the servos' commands out.
+//! Servo pulses: the pilot's commands as inputs, the servos' commands as outputs.
 //!
-//! A radio-control servo takes its position from the width of a pulse: 1 to 2 ms, about 50 times a second. Each of
-//! the five controls has one. The input of the pilot and the output of the autopilot are therefore widths about trim.
+//! A radio-control servo takes its position from the width of a pulse: 1 to 2 ms, about 50 times a second. Each of the
+//! five controls has one servo. The input of the pilot and the output of the autopilot are therefore widths about trim.
 //!
 //! [`Captured`] stores the pulses of one channel, [`ChannelConfig`] converts widths to stick fractions and back,
-//! [`Swashplate`] mixes the servos under it. [`Switch`] is the pilot's aux channel, and [`Limiter`] keeps the outputs
-//! within range and rate. [`PulseCapture`] and [`PulseOutput`] are the interfaces to the hardware, so that a board
-//! can bring its own:
+//! [`Swashplate`] mixes the servos under the swashplate. [`Switch`] evaluates the pilot's aux channel, and [`Limiter`]
+//! keeps the outputs within range and rate. [`PulseCapture`] and [`PulseOutput`] are the interfaces to the hardware, so
+//! that a board can bring its own:
 //!
 //! ```
 //! use hovernav::controls::Channels;
@@ -71,7 +71,7 @@ pub trait PulseCapture {
     /// Reads the pulses that arrived by `now`, without waiting for more, and returns their state.
     ///
     /// # Errors
-    /// The source cannot be read. The previous state is kept and ages.
+    /// `Self::Error` if the source cannot be read. The previous state stays and becomes older.
     fn poll(&mut self, now: Time) -> Result<&PilotPulses, Self::Error>;
 }
 
@@ -83,6 +83,6 @@ pub trait PulseOutput {
     /// Sets the widths, ms, of the pulses from `now` on.
     ///
     /// # Errors
-    /// A channel cannot be set. Every other channel has been set if possible.
+    /// `Self::Error` if a channel cannot be set. Every other channel has been set if possible.
     fn write(&mut self, widths_ms: &Channels<f64>, now: Time) -> Result<(), Self::Error>;
 }

@@ -7,12 +7,12 @@ use super::capture::{Captured, PilotPulses};
 use crate::controls::Channels;
 use crate::time::Time;
 
-/// Bytes of a packet.
+/// Length of a packet, bytes.
 pub const LENGTH: usize = 18;
 
 const SYNC: [u8; 2] = [0xA5, 0x5A];
 const CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
-/// Half-microseconds in a millisecond.
+/// Number of ticks of 0.5 µs in a millisecond.
 const TICKS_PER_MS: f64 = 2_000.0;
 
 const FAILSAFE: u8 = 1 << 5;
@@ -22,7 +22,7 @@ const AUX: u8 = 1 << 7;
 /// One packet: the pulses since the previous packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ServoPacket {
-    /// Counts up by one from packet to packet, 255 to 0.
+    /// Number of the packet: one more than that of the previous packet; 0 follows 255.
     pub sequence: u8,
     /// Width of each channel's last pulse in units of 0.5 µs, if a pulse ended since the previous packet.
     pub width_ticks: Channels<Option<u16>>,
@@ -44,13 +44,13 @@ impl ServoPacket {
         libm::round(width_ms * TICKS_PER_MS) as u16
     }
 
-    /// Each width in ms, where the packet has one.
+    /// Width of each channel, ms; `None` if the packet has no pulse of the channel.
     #[must_use]
     pub fn widths_ms(&self) -> Channels<Option<f64>> {
         self.width_ticks.map(|ticks| ticks.map(milliseconds))
     }
 
-    /// Width of the aux channel in ms, where the packet has one.
+    /// Width of the aux channel, ms; `None` if the packet has no pulse of it.
     #[must_use]
     pub fn aux_ms(&self) -> Option<f64> {
         self.aux_ticks.map(milliseconds)
@@ -77,7 +77,7 @@ impl ServoPacket {
         bytes
     }
 
-    /// The packet in 18 bytes; `None` unless the sync bytes and the checksum hold.
+    /// The packet in 18 bytes; `None` unless the sync bytes and the checksum are valid.
     #[must_use]
     pub fn decode(bytes: &[u8; LENGTH]) -> Option<Self> {
         let [s0, s1, body @ .., high, low] = bytes;
@@ -115,7 +115,7 @@ pub struct PacketCounts {
 }
 
 impl PacketCounts {
-    /// Bytes that belong to no packet, or to an incomplete one.
+    /// Number of bytes that belong to no packet, or to an incomplete packet.
     #[must_use]
     pub const fn bytes_outside_packets(&self) -> u64 {
         self.bytes - self.packets * LENGTH as u64
@@ -127,16 +127,16 @@ impl PacketCounts {
 pub struct Received {
     /// The packet.
     pub packet: ServoPacket,
-    /// Number of packets missing before this packet, from the packet numbers.
+    /// Number of packets missing before this packet, according to the packet numbers.
     pub missing: u8,
 }
 
-/// Finds the packets in a stream of bytes, also in a damaged one.
+/// Finds the packets in a stream of bytes, which may be damaged.
 ///
 /// At every byte it checks the last eighteen bytes. A complete packet is found with its last byte, regardless of
-/// earlier bytes, and the work per byte is constant. Sync bytes and checksum are 32 bits of evidence. Noise passes once in 4 ×
-/// 10⁹ bytes, and a packet that lost or gained a byte once in 65 536. A packet with up to two wrong neighbouring
-/// bytes never passes.
+/// earlier bytes, and the work per byte is constant. Sync bytes and checksum have 32 bits. Noise therefore passes the
+/// check once in 4 × 10⁹ bytes, and a packet that lost or gained a byte once in 65 536. A packet with up to two wrong
+/// neighbouring bytes never passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Decoder {
     /// The bytes since the last packet, the latest at the end.
@@ -147,7 +147,7 @@ pub struct Decoder {
 }
 
 impl Decoder {
-    /// Takes one byte; returns the packet that it completes.
+    /// Processes one byte; returns the packet that it completes.
     pub fn push(&mut self, byte: u8) -> Option<Received> {
         self.counts.bytes += 1;
         let [_, kept @ ..] = self.window;
@@ -171,7 +171,7 @@ impl Decoder {
     }
 }
 
-/// The pilot's pulses from a packet stream, without any input of its own.
+/// The pilot's pulses from a packet stream. It reads no input itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PacketCapture {
     decoder: Decoder,
@@ -179,7 +179,7 @@ pub struct PacketCapture {
 }
 
 impl PacketCapture {
-    /// Takes bytes that arrived at `arrival`, which becomes the time of their pulses.
+    /// Processes bytes that arrived at `arrival`, which becomes the time of the pulses in them.
     ///
     /// A missing packet counts as an error on every channel, an impossible width on its own channel.
     pub fn receive(&mut self, bytes: &[u8], arrival: Time) -> &PilotPulses {
@@ -336,8 +336,8 @@ mod tests {
         }
     }
 
-    /// 65 536 deterministic damages. The checksum passes one in 65 536, so more than a few passes indicate another
-    /// error.
+    /// The test damages packets in 65 536 deterministic ways. The checksum passes one in 65 536, so more than a few
+    /// passes indicate another error.
     #[test]
     fn a_byte_lost_or_gained_passes_no_more_often_than_the_checksum_allows() {
         let mut state = 1u64;

@@ -1,4 +1,4 @@
-//! The swashplate: from sticks to its servos, and back.
+//! The swashplate: conversion from sticks to servo positions, and back.
 
 use super::config::{ChannelConfig, ConfigError, within};
 use crate::controls::{Channel, Channels, Sticks};
@@ -41,10 +41,11 @@ impl SwashplateKind {
 
 /// The swashplate and its mixing.
 ///
-/// The plate is a plane over servos at equal distances from the mast. In a CCPM plate the channel `longitudinal`
-/// drives the servo at the rear, `lateral` the one at the right, and `collective` the one at the left. A positive
+/// The plate is a plane over servos at equal distances from the mast. In a CCPM plate the channel `longitudinal` drives
+/// the servo at the rear, `lateral` the servo at the right, and `collective` the servo at the left. A positive
 /// longitudinal stick raises the front, a positive lateral stick the right, a positive collective all three.
-/// `direction` of a channel reverses its servo; the fields `longitudinal` and `lateral` here reverse the control.
+/// `direction` of a channel reverses its servo; a negative `longitudinal` or `lateral` of this structure reverses the
+/// control.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -56,17 +57,17 @@ pub struct Swashplate {
     pub kind: SwashplateKind,
     /// Angle by which the plate's tilt leads the control, from the nose to the right, °, within ±45.
     pub phase_deg: f64,
-    /// Travel at full lateral stick of the side where the plate rises most, in stick fractions of a servo. From −1 to
+    /// Rise of the plate at full lateral stick, at the side that rises most, in stick fractions of a servo. From −1 to
     /// 1, not 0.
     pub lateral: f64,
-    /// Travel at full longitudinal stick of the side where the plate rises most, in stick fractions of a servo. From −1
-    /// to 1, not 0.
+    /// Rise of the plate at full longitudinal stick, at the side that rises most, in stick fractions of a servo. From
+    /// −1 to 1, not 0.
     pub longitudinal: f64,
     /// Travel of all servos at full collective stick, in stick fractions of a servo. From −1 to 1, not 0.
     pub collective: f64,
-    /// Lowest collective stick that is passed on, −1 to −0.05.
+    /// Lower limit of the collective stick, −1 to −0.05.
     pub lowest_collective: f64,
-    /// Highest collective stick that is passed on, 0.05 to 1.
+    /// Upper limit of the collective stick, 0.05 to 1.
     pub highest_collective: f64,
     /// Whether the pilot's pulses are captured after the receiver's own mixer. They are then the positions of the
     /// servos, not of the sticks.
@@ -89,16 +90,17 @@ impl Default for Swashplate {
 }
 
 impl Swashplate {
-    /// Whether the settings are finite and in their ranges, and each control alone can reach its end within the range
-    /// of the servos of `channels`.
+    /// Checks that the settings are finite and in their ranges. Each control alone must be able to reach its end within
+    /// the range of the servos of `channels`.
     ///
     /// # Errors
-    /// The first invalid setting, or the channel whose servo ends before the control.
+    /// [`ConfigError`] with the first invalid setting, or with the channel whose servo reaches its end before the
+    /// control does.
     pub fn check(&self, channels: &Channels<ChannelConfig>) -> Result<(), ConfigError> {
         within("swashplate.phase_deg", self.phase_deg, -45.0, 45.0)?;
         within("swashplate.lowest_collective", self.lowest_collective, -1.0, 0.0)?;
         within("swashplate.highest_collective", self.highest_collective, 0.0, 1.0)?;
-        // A plate without mixing does not use its travels, but they must be numbers.
+        // A plate without mixing does not use these settings, but they must be numbers.
         let mixes = self.kind != SwashplateKind::H1;
         for (key, travel) in [
             ("swashplate.lateral", self.lateral),
@@ -144,9 +146,9 @@ impl Swashplate {
         self.kind == SwashplateKind::H1 || self.pilot_is_mixed
     }
 
-    /// Positions of the servos, each a stick fraction of its own channel, for `sticks`; collective is limited. A
-    /// stick that is NaN or infinite gives NaN for every servo that it moves. For a mixed plate these are all three,
-    /// because two alone cannot keep it level. The limiter holds the servos of NaN.
+    /// Positions of the servos, each a stick fraction of its own channel, for `sticks`; collective is limited. A stick
+    /// that is NaN or infinite gives NaN for every servo that it moves. On a mixed plate these are all three servos,
+    /// because two servos alone cannot keep the plate level. The limiter holds servos whose command is NaN.
     ///
     /// # Source
     /// Equation (C10) of docs/equations.md.
@@ -222,9 +224,9 @@ impl Swashplate {
         sticks.is_finite().then_some(sticks)
     }
 
-    /// The widths, ms, that pass the pilot's pulses on: unchanged where no mixing is needed, otherwise mixed. NaN
-    /// where a pulse is missing or not a number. If a mixed plate lacks one of its controls, NaN for all three
-    /// servos: unmixed pulses would tilt it in any direction.
+    /// The widths, ms, for the servos from the pilot's pulses: unchanged where no mixing is needed, otherwise mixed. A
+    /// width is NaN if its pulse is missing or not a number. If a mixed plate lacks one of its controls, the widths of
+    /// all three servos are NaN, because unmixed pulses would tilt the plate in any direction.
     #[must_use]
     pub fn passed_on_ms(
         &self,
@@ -387,7 +389,7 @@ mod tests {
         assert_eq!(error.key, "swashplate.phase_deg");
     }
 
-    /// A missing command must not become full-down collective, nor half a command for a plate on three servos.
+    /// A missing command must not become full-down collective, nor an incomplete command for a plate on three servos.
     #[test]
     fn a_stick_that_is_no_number_commands_no_servo_that_it_moves() {
         let channels = Channels::<ChannelConfig>::default();

@@ -1,11 +1,11 @@
-//! A switch of the transmitter: from pulses to on and off.
+//! A switch of the transmitter, whose pulses mean on or off.
 
 use super::capture::Captured;
 use super::config::{ConfigError, Direction, within};
 use super::width::{LONGEST_MS, SHORTEST_MS};
 use crate::time::Time;
 
-/// Conditions on the pulses of a switch for the state on.
+/// Conditions that the pulses of a switch must meet for the state on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -13,13 +13,13 @@ use crate::time::Time;
     serde(default, deny_unknown_fields)
 )]
 pub struct SwitchConfig {
-    /// The width between off and on, ms, from 0.5 to 2.5.
+    /// Width that separates off and on, ms, from 0.5 to 2.5.
     pub threshold_ms: f64,
-    /// Distance beyond the threshold that a width needs to change the switch, ms, from 0 to 0.5.
+    /// Distance beyond the threshold that a width must have to change the state, ms, from 0 to 0.5.
     pub hysteresis_ms: f64,
     /// Number of consecutive pulses beyond the threshold that switch on, 1 to 100. A single pulse switches off.
     pub pulses: u8,
-    /// `normal`: longer pulses are on; `reversed`: shorter pulses are on.
+    /// Direction of the switch: with `normal` longer pulses mean on, with `reversed` shorter pulses mean on.
     pub direction: Direction,
 }
 
@@ -30,13 +30,13 @@ impl Default for SwitchConfig {
 }
 
 impl SwitchConfig {
-    /// Whether every setting is finite and in its range.
+    /// Checks that every setting is finite and in its range.
     ///
     /// # Errors
-    /// The first invalid setting.
+    /// [`ConfigError`] with the first invalid setting.
     pub fn check(&self) -> Result<(), ConfigError> {
         within("hysteresis_ms", self.hysteresis_ms, 0.0, 0.5)?;
-        // There must be pulses on either side of both.
+        // Valid widths must exist on both sides of the threshold, beyond the hysteresis.
         let (shortest, longest) =
             (SHORTEST_MS + self.hysteresis_ms, LONGEST_MS - self.hysteresis_ms);
         within("threshold_ms", self.threshold_ms, shortest, longest)?;
@@ -44,10 +44,10 @@ impl SwitchConfig {
     }
 }
 
-/// A switch of the transmitter: on once its pulses have meant off and then on.
+/// A switch of the transmitter. It is on after its pulses have first meant off and then on.
 ///
-/// A switch may be on when the pulses begin, or when they return after a loss. The pilot requested nothing at that
-/// moment, so the switch counts as off until the pilot has opened it.
+/// A switch may be on when the pulses begin, or when they return after a loss. The pilot did not close the switch at
+/// that moment, so it counts as off until the pilot has opened it.
 ///
 /// ```
 /// use hovernav::servo::{Captured, Switch, SwitchConfig};
@@ -73,21 +73,22 @@ pub struct Switch {
     seen_off: bool,
     /// Number of consecutive pulses that mean on.
     said_on: u8,
-    /// Number of errors and time of the last evaluated pulse.
+    /// Number of pulse errors at the last call, and time of the last evaluated pulse.
     last: Option<(u32, Time)>,
 }
 
 impl Switch {
-    /// A switch that is off.
+    /// Creates a switch that is off.
     ///
     /// # Errors
-    /// The first invalid setting of `config`.
+    /// [`ConfigError`] with the first invalid setting of `config`.
     pub fn new(config: SwitchConfig) -> Result<Self, ConfigError> {
         config.check()?;
         Ok(Self { config, on: false, seen_off: false, said_on: 0, last: None })
     }
 
-    /// Whether the switch is closed without effect: it was closed when its pulses began, and has to be opened first.
+    /// Whether the switch is closed without effect, because it was closed when its pulses began. The pilot must open it
+    /// first.
     #[must_use]
     pub const fn must_be_opened(&self) -> bool {
         !self.seen_off && self.said_on >= self.config.pulses

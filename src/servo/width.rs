@@ -7,7 +7,7 @@ pub const SHORTEST_MS: f64 = 0.5;
 /// The longest pulse of a receiver or servo, ms.
 pub const LONGEST_MS: f64 = 2.5;
 
-/// Whether the width, ms, is valid for a servo's pulse; false for NaN.
+/// Whether the width, ms, is valid for a servo pulse; false for NaN.
 #[must_use]
 pub fn is_plausible(width_ms: f64) -> bool {
     (SHORTEST_MS..=LONGEST_MS).contains(&width_ms)

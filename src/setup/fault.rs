@@ -1,4 +1,4 @@
-//! Mistakes in the set-up of sensors, in words.
+//! Mistakes in the set-up of sensors, with their messages.
 
 use core::fmt;
 
@@ -12,7 +12,7 @@ pub enum SetupFault {
     ForceSize {
         /// Mean size, in the unit of the samples; m/s² expected.
         mean_mps2: f32,
-        /// Likely cause.
+        /// Likely cause of the wrong size.
         scale: ForceScale,
     },
     /// The mean specific force does not point up, along −z of axes forward, right, down.
@@ -24,16 +24,17 @@ pub enum SetupFault {
     RatesInDegrees {
         /// Tilt in half a second according to the gyros, rms, rad.
         reported_rad: f32,
-        /// Turn of gravity in half a second, rms, rad.
+        /// Turn of gravity in body axes in half a second, rms, rad.
         seen_rad: f32,
     },
-    /// Heights fall at the down velocity: the vertical velocity is positive up.
+    /// The vertical velocity is positive up: the fixes' heights change with the opposite sign of the reported down
+    /// velocity.
     VelocityUp,
     /// Positions move north at the east velocity, and east at the north velocity.
     VelocitySwapped,
     /// Positions move against the velocity on one horizontal axis: west for east, or south for north.
     VelocityReversed {
-        /// Whether it is the north velocity; otherwise the east velocity.
+        /// Whether the north velocity is reversed; otherwise the east velocity is.
         north: bool,
     },
     /// Positions move faster or slower than the velocity: the velocity is not in m/s.
@@ -53,14 +54,14 @@ pub enum ForceScale {
     InThousandthsOfG,
     /// Accelerations in m/s², multiplied by g.
     TimesG,
-    /// Half or double, a quarter or four times the right size: another range of the accelerometers.
+    /// Accelerations of a quarter, half, double or four times the right size: another range of the accelerometers.
     OtherRange {
-        /// Factor on the right size.
+        /// Ratio of the reported size to the right size.
         factor: f32,
     },
     /// Accelerations without gravity, which are not specific force.
     WithoutGravity,
-    /// Another unit or range.
+    /// Accelerations in another unit or range.
     Unknown,
 }
 

@@ -4,16 +4,16 @@ use super::{ForceScale, SetupFault};
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, Vector};
 
-/// Number of parts of the judgement: 10 s.
+/// Number of half-second averages that the check of the specific force uses: 10 s.
 const PARTS: u8 = 20;
-/// Sizes of the mean over 10 s in any flight, g.
+/// Range of the size of the mean specific force over 10 s in any flight, g.
 const POSSIBLE_G: core::ops::RangeInclusive<f32> = 0.6..=1.75;
-/// Length of the mean direction, 0 to 1, from which on the force has a direction.
+/// Smallest length of the mean unit vector, 0 to 1, with which the specific force has a steady direction.
 const STEADY: f32 = 0.85;
 /// Cosine of the angle from the vertical within which a vehicle starts its flight, 60°.
 const UPRIGHT: f32 = 0.5;
 
-/// Sums over the parts until the judgement.
+/// Sums over the half-second averages until the check.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct MeanForce {
     parts: u8,
@@ -24,7 +24,7 @@ pub(super) struct MeanForce {
 impl MeanForce {
     pub const NONE: Self = Self { parts: 0, size_mps2: 0.0, direction: Vector::ZERO };
 
-    /// Adds the mean of a part; judges once.
+    /// Adds a half-second average of the specific force. Checks once, when all averages are complete.
     pub fn push(&mut self, force_mps2: Vector<Body, f32>) -> Option<SetupFault> {
         if self.parts >= PARTS {
             return None;

@@ -1,7 +1,8 @@
 //! Set-up of the sensors: likely mistakes in units, signs and axes, from the first samples and fixes.
 //!
-//! A filter cannot report them itself: fed with axes forward, left, up, it finds a vehicle on its back and is certain of
-//! it. Three references need no filter: gravity, the turns of gravity, and the change of the receiver's position.
+//! The filter cannot detect these mistakes itself: with axes forward, left, up, for example, it estimates an inverted
+//! vehicle with a small one-sigma. Three references need no filter: gravity, the turns of gravity in body axes, and the
+//! change of the receiver's position.
 
 mod fault;
 mod force;
@@ -19,20 +20,21 @@ use force::MeanForce;
 use turning::GravityTurn;
 use velocity::FixMotion;
 
-/// Time over which samples are averaged, s: vibration averages out, turns remain.
+/// Length of an averaging interval, s: long enough to remove vibration, short enough to keep turns.
 const PART_S: f64 = 0.5;
+/// Length of an averaging interval, ns.
 const PART_NS: i64 = (PART_S * 1e9) as i64;
-/// Longest gap between samples of one average, ns.
+/// Longest interval between two samples of one average, ns.
 const GAP_NS: i64 = 250_000_000;
-/// Least number of samples of an average.
+/// Smallest number of samples of an average.
 const LEAST_SAMPLES: u16 = 3;
 /// Number of averages after which the samples are no longer checked: ten minutes.
 const MOST_PARTS: u16 = 1200;
 
 /// Check of units, signs and axes: a bounded amount of work for each event, no growing memory.
 ///
-/// The [`Estimator`](crate::ekf::Estimator) contains one and reports as
-/// [`Notice::SetupSuspect`](crate::ekf::Notice::SetupSuspect). On its own it checks sensors before a flight:
+/// The [`Estimator`](crate::ekf::Estimator) contains one, and reports its faults as
+/// [`Notice::SetupSuspect`](crate::ekf::Notice::SetupSuspect). Used alone, it checks sensors before a flight:
 ///
 /// ```
 /// use hovernav::event::Event;
@@ -78,9 +80,9 @@ impl SetupCheck {
         fixes: FixMotion::NONE,
     };
 
-    /// Processes the next event; returns a fault once, when it has become certain. The specific force is judged after
-    /// 10 s, the gyros within 10 min, the fixes after at least 80 s of motion. Half a second with a value that is not finite
-    /// is skipped.
+    /// Processes the next event. Returns each fault once, when it is certain. The check of the specific force takes 10
+    /// s and that of the gyros up to 10 min. The check of the fixes takes at least 80 s of motion. An averaging
+    /// interval with a value that is not finite is skipped.
     pub fn push(&mut self, event: &Event) -> Option<SetupFault> {
         match event {
             Event::Imu(sample) => self.push_sample(sample),
@@ -103,21 +105,21 @@ impl SetupCheck {
     }
 }
 
-/// Sums of the samples of the current part. Whole nanoseconds and no division for a sample: a processor without double
-/// precision needs a tenth of a navigation step for both.
+/// Sums of the samples in the current averaging interval. Times are whole nanoseconds, and no sample needs a division.
+/// On a processor without double precision, times in seconds and a division would take a tenth of a navigation step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
     start: Time,
     last: Time,
     count: u16,
-    /// Number of rates, or sum of the intervals of increments, s.
+    /// Number of samples with rates; for increments, the sum of their intervals, s.
     weight: f32,
     rate_radps: Vector<Body, f32>,
     force_mps2: Vector<Body, f32>,
 }
 
 impl Part {
-    /// A part without samples, from `start` on.
+    /// An averaging interval without samples that begins at `start`.
     const fn from(start: Time) -> Self {
         Self {
             start,
@@ -129,8 +131,8 @@ impl Part {
         }
     }
 
-    /// Adds a sample; returns the means of the part that it ends. A sample after a gap, of unknown interval, only starts
-    /// a part.
+    /// Adds a sample. Returns the averages of the interval that the sample ends, if any. A sample after a gap only
+    /// starts a new averaging interval.
     fn push(&mut self, sample: &ImuSample) -> Option<MeanRates<f32>> {
         let now = sample.time.nanoseconds();
         let interval = now.saturating_sub(self.last.nanoseconds());
@@ -159,7 +161,7 @@ impl Part {
         mean
     }
 
-    /// `None` for too few samples, or with one that is not finite.
+    /// The averages of the interval; `None` for too few samples, or if a sum is not finite.
     fn mean(&self) -> Option<MeanRates<f32>> {
         let share = 1.0 / self.weight;
         let mean = MeanRates {

@@ -1,32 +1,37 @@
-//! Turns of gravity against the gyros.
+//! Comparison of the turns of gravity in body axes with the gyros.
 //!
-//! In body axes gravity turns opposite to the gyros. If it hardly turns while they report full circles, they are in
-//! °/s. The thrust of a rotor turns with the body in a flip, but no flip lasts a quarter of the time at constant thrust.
+//! In body axes gravity turns opposite to the gyros. If gravity hardly turns while the gyros report full circles, the
+//! angular rates are in °/s. In a flip the thrust of a rotor turns with the body, but no vehicle flips for a quarter of
+//! the time at constant thrust.
 
 use super::{PART_S, SetupFault};
 use crate::imu::MeanRates;
 
-/// Angle of a fast turn over a part, rad.
+/// Smallest angle of a fast turn over an averaging interval, rad.
 const FAST_RAD: f32 = 0.5;
-/// Least number of parts for a judgement: 20 s.
+/// Smallest number of averaging intervals for a result: 20 s.
 const LEAST_PARTS: f32 = 40.0;
-/// Share of fast parts that no flight reaches while the specific force varies by less than [`VARIATION`].
+/// Fraction of averaging intervals with a fast turn that no flight reaches while the specific force varies by less than
+/// [`VARIATION`].
 const FAST_SHARE: f32 = 0.25;
-/// Relative variation of the specific force.
+/// Largest relative variation of the specific force (standard deviation over mean) in intervals with a fast turn.
 const VARIATION: f32 = 0.3;
-/// Share of the reported turn, at most two radians of it, below which gravity hardly turns.
+/// Fraction of the turn reported by the gyros (limited to 2 rad) below which gravity counts as not turning.
 const SEEN_SHARE: f32 = 0.3;
 
-/// Sums over the parts.
+/// Sums over the averaging intervals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GravityTurn {
     before: Option<MeanRates<f32>>,
     parts: f32,
     fast: f32,
-    /// Of the fast parts: squared turn by the gyros and by gravity, rad²; specific force and its square, m/s².
+    /// Sum over intervals with a fast turn of the squared turn by the gyros, rad².
     by_gyros: f32,
+    /// Sum over intervals with a fast turn of the squared turn of gravity, rad².
     by_gravity: f32,
+    /// Sum over intervals with a fast turn of the specific force, m/s².
     force: f32,
+    /// Sum over intervals with a fast turn of the squared specific force, m²/s⁴.
     force_squared: f32,
     is_judged: bool,
 }
@@ -43,7 +48,7 @@ impl GravityTurn {
         is_judged: false,
     };
 
-    /// Adds the means of a part; reports once.
+    /// Adds the averages of an interval. Returns the fault once.
     pub fn push(&mut self, after: &MeanRates<f32>) -> Option<SetupFault> {
         let before = self.before.replace(*after)?;
         let size = before.specific_force_mps2.norm();

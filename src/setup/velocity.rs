@@ -1,29 +1,31 @@
-//! The fixes' positions against their own velocity.
+//! Comparison of the changes of the fixes' positions with the fixes' velocities.
 
 use super::SetupFault;
 use crate::earth::Geodetic;
 use crate::gps::Fix;
 use crate::time::Time;
 
-/// Time over which displacements are compared, s.
+/// Length of a comparison interval, s: time over which displacement and velocity are compared.
 const PART_S: f64 = 4.0;
-/// Least number of parts for a judgement: 80 s.
+/// Smallest number of comparison intervals for a result: 80 s.
 const LEAST_PARTS: f32 = 20.0;
-/// Number of parts after which the sums start again, so that one jump does not hide what follows: 4 min.
+/// Number of comparison intervals after which the sums start again: 4 min. A single jump of position thus does not hide
+/// later motion.
 const MOST_PARTS: f32 = 60.0;
-/// Least independent velocity on an axis, m/s rms; downwards half of it.
+/// Smallest independent velocity on a horizontal axis, m/s rms; half of it on the down axis.
 const LEAST_MPS: f32 = 0.5;
-/// Least share of the horizontal displacements that the velocity has to explain.
+/// Smallest fraction of the horizontal displacements, squared, that the velocity must explain.
 const EXPLAINED: f32 = 0.8;
-/// Least number of parts, and least explained share, of the vertical displacements: heights scatter by metres, so more
-/// parts have to agree on the sign.
+/// Smallest number of comparison intervals for a result on the down axis. Heights scatter by metres, so more intervals
+/// must agree on the sign.
 const LEAST_DOWN_PARTS: f32 = 40.0;
+/// Smallest fraction of the vertical displacements, squared, that the down velocity must explain.
 const EXPLAINED_DOWN: f32 = 0.35;
-/// Scales of a sound receiver.
+/// Ratios of displacement rate to velocity of a correct receiver.
 const SOUND: core::ops::Range<f32> = 0.6..1.6;
-/// Ratios of the scales of both axes in one unit.
+/// Quotients of the ratios on both axes for which one wrong unit explains both.
 const ALIKE: core::ops::Range<f32> = 0.75..1.33;
-/// Largest part of a scale that is a rotation: a late velocity in a circle.
+/// Largest fraction of the matrix that may be a rotation. A late velocity on a circle causes a rotation.
 const TURNED: f32 = 0.25;
 
 /// Sums of products of velocity and displacement rate, north and east, (m/s)².
@@ -31,12 +33,12 @@ const TURNED: f32 = 0.25;
 struct Level {
     count: f32,
     reported: [f32; 3],
-    /// Velocity times displacement rate: north north, north east, east north, east east.
+    /// Products of velocity and displacement rate: north north, north east, east north, east east.
     both: [f32; 4],
     moved: [f32; 2],
 }
 
-/// The same downwards.
+/// Sums of products of velocity and displacement rate, down, (m/s)².
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Down {
     count: f32,
@@ -45,22 +47,23 @@ struct Down {
     moved: f32,
 }
 
-/// The current part: its first fix, and the integral of the velocity since.
+/// The current comparison interval: its first fix, and the integral of the velocity since this fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
     start: (Time, Geodetic),
     last: Time,
     velocity: [f32; 2],
     down: Option<f32>,
-    /// North, east, down, m; the last is `None` after a fix without a down velocity or height.
+    /// Integral of the velocity north and east, m.
     along_m: [f32; 2],
+    /// Integral of the velocity down, m; `None` after a fix without down velocity or height.
     down_m: Option<f32>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FixMotion {
     part: Option<Part>,
-    /// `None` once judged.
+    /// Sums of the horizontal axes; `None` after the result.
     level: Option<Level>,
     down: Option<Down>,
 }
@@ -68,7 +71,7 @@ pub(super) struct FixMotion {
 impl FixMotion {
     pub const NONE: Self = Self { part: None, level: Some(Level::NONE), down: Some(Down::NONE) };
 
-    /// Adds a fix; returns a fault once.
+    /// Adds a fix. Returns each fault once.
     pub fn push(&mut self, fix: &Fix) -> Option<SetupFault> {
         if self.level.is_none() && self.down.is_none() {
             return None;
@@ -131,7 +134,8 @@ impl Part {
 impl Level {
     const NONE: Self = Self { count: 0.0, reported: [0.0; 3], both: [0.0; 4], moved: [0.0; 2] };
 
-    /// Adds a part to `sums`; ends them with the judgement, which is a fault or `None` for a sound velocity.
+    /// Adds a comparison interval to `sums`, and evaluates them. A certain result removes the sums: it is a fault, or
+    /// `None` for a correct velocity.
     fn judge(sums: &mut Option<Self>, reported: [f32; 2], moved: [f32; 2]) -> Option<SetupFault> {
         let level = sums.as_mut()?;
         level.add(reported, moved);
@@ -158,8 +162,8 @@ impl Level {
         self.moved = [n + mn * mn, e + me * me];
     }
 
-    /// Rows of the least-squares matrix from velocity to displacement rate; `None` without independent motion on both
-    /// axes, or if it explains too little.
+    /// Rows of the least-squares matrix from velocity to displacement rate. `None` without independent motion on both
+    /// axes, or if the matrix explains too little of the displacements.
     fn fit(&self) -> Option<[[f32; 2]; 2]> {
         let [nn, ne, ee] = self.reported;
         let least = LEAST_MPS * LEAST_MPS * self.count;
@@ -182,7 +186,7 @@ impl Level {
     }
 }
 
-/// Judgement of a velocity by its scales.
+/// Result of the evaluation of a velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Verdict {
     Sound,
@@ -191,7 +195,7 @@ enum Verdict {
 }
 
 impl Verdict {
-    /// Judges the matrix from velocity to displacement rate, row by row.
+    /// Evaluates the matrix from velocity to displacement rate, given row by row.
     fn of([[nn, ne], [en, ee]]: [[f32; 2]; 2]) -> Self {
         let sizes = [nn, ne, en, ee].map(libm::fabsf);
         let largest = sizes.into_iter().fold(0.0, f32::max);

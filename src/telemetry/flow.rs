@@ -1,6 +1,6 @@
 //! Flow control by the ground: `#` starts frames, `$` pauses them.
 
-/// Whether frames are sent. They are not sent until the ground requests them.
+/// State of the flow control: whether frames are sent. No frame is sent until the ground requests frames.
 ///
 /// ```
 /// use hovernav::telemetry::Flow;

@@ -1,5 +1,5 @@
-//! Frames of telemetry: a snapshot of 145 bytes, a supplement of 56 and a text of 82, documented in
-//! `docs/telemetry.md`.
+//! Frames of telemetry: a snapshot of 145 bytes, a supplement of 56 bytes and a text of 82 bytes. `docs/telemetry.md`
+//! documents them.
 //!
 //! A frame ends with a zero byte and contains no other zero (COBS: Cheshire and Baker, *Consistent overhead byte
 //! stuffing*, IEEE/ACM Transactions on Networking 7 (2), 1999). A receiver that joins late or loses bytes is
@@ -33,20 +33,23 @@ pub const SUPPLEMENT_LENGTH: usize = SUPPLEMENT_BODY + OVERHEAD;
 /// Length of a text's frame, bytes.
 pub const TEXT_LENGTH: usize = TEXT_BODY + OVERHEAD;
 
-/// Length of a snapshot's body, bytes, without the checksum.
+/// Length of a snapshot's body without the checksum, bytes.
 const BODY: usize = 139;
+/// Length of a supplement's body without the checksum, bytes.
 const SUPPLEMENT_BODY: usize = 50;
+/// Length of a text's body without the checksum, bytes.
 const TEXT_BODY: usize = 12 + TEXT;
+/// Length of the checksum, bytes.
 const CHECKSUM: usize = 4;
 /// Overhead of a frame, bytes: checksum, one byte of the stuffing, and the zero.
 const OVERHEAD: usize = CHECKSUM + 2;
-/// Length of a frame without the zero, bytes: the stuffing costs one byte for up to 254.
+/// Length of the longest frame without the zero, bytes. The stuffing adds one byte for up to 254.
 const STUFFED: usize = LENGTH - 1;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
-// Steps in one of the unit that the name ends with. Division by a whole number is correctly rounded, so that 31.5
-// comes back as 31.5.
+// Number of steps per unit; each name ends with the unit. Division by a whole number is correctly rounded, so that 31.5
+// is unpacked as 31.5.
 const RATE_RADPS: f64 = 2e3;
 const SPECIFIC_FORCE_MPS2: f64 = 200.0;
 const FIELD_GAUSS: f64 = 1e4;
@@ -74,7 +77,7 @@ pub struct Frame {
 
 /// Content of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-// Only one lives on the stack at a time.
+// Only one value is on the stack at a time.
 #[allow(clippy::large_enum_variant)]
 #[non_exhaustive]
 pub enum Message {
@@ -93,7 +96,7 @@ pub enum FrameError {
     Stuffing,
     /// The length is not that of a frame.
     Length {
-        /// Number of bytes without stuffing and end.
+        /// Number of bytes without the stuffing and the zero at the end.
         found: usize,
     },
     /// The checksum is invalid.
@@ -103,12 +106,12 @@ pub enum FrameError {
         /// Checksum in the frame.
         found: u32,
     },
-    /// The frame is complete, with another version than [`VERSION`].
+    /// The frame is complete, but has an unknown version.
     Version {
         /// The version of the frame.
         found: u8,
     },
-    /// The frame is complete, with a code of no known mode, kind of fix or severity.
+    /// The frame is complete, but contains an unknown code of a mode, kind of fix or severity.
     Code {
         /// The code.
         found: u8,
@@ -135,7 +138,7 @@ impl fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// Packs `snapshot` into the frame numbered `sequence`. Each field is rounded to its nearest step; values out of
+/// Packs `snapshot` into the frame with the number `sequence`. Each field is rounded to its nearest step; values out of
 /// range saturate. A position that is not valid on Earth becomes unknown.
 #[must_use]
 pub fn pack(snapshot: &Snapshot, sequence: u8) -> [u8; LENGTH] {
@@ -144,7 +147,7 @@ pub fn pack(snapshot: &Snapshot, sequence: u8) -> [u8; LENGTH] {
     sealed(|codec| walk(codec, &mut header, &mut snapshot))
 }
 
-/// Packs `supplement` into the frame numbered `sequence`, as [`pack`] does.
+/// Packs `supplement` into the frame with the number `sequence`, as [`pack`] does.
 #[must_use]
 pub fn pack_supplement(supplement: &Supplement, sequence: u8) -> [u8; SUPPLEMENT_LENGTH] {
     let mut supplement = *supplement;
@@ -153,7 +156,7 @@ pub fn pack_supplement(supplement: &Supplement, sequence: u8) -> [u8; SUPPLEMENT
     })
 }
 
-/// Packs `text` into the frame numbered `sequence`.
+/// Packs `text` into the frame with the number `sequence`.
 #[must_use]
 pub fn pack_text(text: &Text, sequence: u8) -> [u8; TEXT_LENGTH] {
     let mut text = *text;
@@ -162,7 +165,7 @@ pub fn pack_text(text: &Text, sequence: u8) -> [u8; TEXT_LENGTH] {
     })
 }
 
-/// The frame of the content that `fill` packs.
+/// The frame with the content that `fill` packs.
 fn sealed<const N: usize>(fill: impl FnOnce(&mut Codec<'_>)) -> [u8; N] {
     let mut bytes = [0; N];
     if let [_, body @ .., c0, c1, c2, c3, _] = &mut bytes[..] {
@@ -175,7 +178,7 @@ fn sealed<const N: usize>(fill: impl FnOnce(&mut Codec<'_>)) -> [u8; N] {
     bytes
 }
 
-/// Number and content of the frame whose bytes, between two zeros, are `stuffed`; the bytes are overwritten.
+/// Number and content of the frame `stuffed`, the bytes between two zeros; the bytes are overwritten.
 fn unpack(stuffed: &mut [u8]) -> Result<(u8, Message), FrameError> {
     if !unstuff(stuffed) {
         return Err(FrameError::Stuffing);
@@ -223,7 +226,7 @@ fn unpack_snapshot(codec: &mut Codec<'_>) -> Result<Frame, FrameError> {
     Ok(Frame { sequence, snapshot })
 }
 
-/// The layout: all fields in their order, for packing and unpacking.
+/// Layout of a snapshot: packs or unpacks all fields in their order.
 fn walk(codec: &mut Codec<'_>, header: &mut [u8; 4], snapshot: &mut Snapshot) {
     codec.bytes(header);
     codec.time(&mut snapshot.time);
@@ -240,7 +243,7 @@ fn walk(codec: &mut Codec<'_>, header: &mut [u8; 4], snapshot: &mut Snapshot) {
     codec.scaled_all::<i16, 3>(&mut angles, ANGLE_RAD);
     snapshot.attitude =
         angles.map(|[roll_rad, pitch_rad, yaw_rad]| EulerAngles { roll_rad, pitch_rad, yaw_rad });
-    // An invalid position must become unknown; saturation would give a wrong one.
+    // An invalid position must become unknown; saturation would give a wrong position.
     let position = snapshot.position.and_then(|position| {
         Geodetic::from_degrees(position.latitude_deg(), position.longitude_deg(), position.height_m)
     });
@@ -319,16 +322,16 @@ pub struct FrameCounts {
     pub bytes: u64,
     /// Frames delivered.
     pub frames: u64,
-    /// Stretches between zeros that were not a frame.
+    /// Sequences of bytes between two zeros that were not a frame.
     pub damaged: u64,
     /// Missing frames according to the frame numbers, damaged frames included: [`Sequence`].
     pub missing: u64,
 }
 
-/// Finds the frames in a stream of bytes, also in a damaged one.
+/// Finds the frames in a stream of bytes, which may be damaged.
 ///
-/// A frame is delivered with its zero; after any damage the next complete frame is found. Memory is fixed. The work
-/// per byte is constant; a zero takes the work of one frame.
+/// A frame is delivered with its zero; after any damage the next complete frame is found. Memory is fixed. The work per
+/// byte is constant, except at a zero, which needs the work of one frame.
 #[derive(Clone, Debug)]
 pub struct Decoder {
     stuffed: [u8; STUFFED],
@@ -346,7 +349,7 @@ impl Default for Decoder {
 }
 
 impl Decoder {
-    /// Takes one byte. Returns the snapshot that it completes, or the reason why the bytes are not a frame. Frames
+    /// Processes one byte. Returns the snapshot that it completes, or the reason why the bytes are not a frame. Frames
     /// with other content are skipped.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame, FrameError>> {
         match self.push_message(byte)? {
@@ -356,7 +359,7 @@ impl Decoder {
         }
     }
 
-    /// Takes one byte. Returns the content of the frame that it completes, or the reason why the bytes are not a
+    /// Processes one byte. Returns the content of the frame that it completes, or the reason why the bytes are not a
     /// frame.
     pub fn push_message(&mut self, byte: u8) -> Option<Result<Message, FrameError>> {
         self.counts.bytes += 1;

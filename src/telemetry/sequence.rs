@@ -1,6 +1,6 @@
 //! Missing frames from frame numbers that count from 0 to 255 and wrap.
 
-/// Largest number of later frames that may overtake a delayed frame.
+/// Largest number of later frames that may arrive before a delayed frame.
 const HELD_UP: u8 = 16;
 
 /// Counts missing frames from frame numbers that count from 0 to 255 and wrap.
@@ -47,7 +47,7 @@ mod tests {
         assert_eq!(missing([250, 251, 255, 0, 2]), 4);
         assert_eq!(missing([1, 2, 4, 3, 5, 7, 8, 6, 9]), 0);
         assert_eq!(missing((0..=255).chain(0..=255)), 0);
-        // A vehicle that restarts.
+        // A vehicle that restarts: its numbers start at 0 again.
         assert_eq!(missing([200, 201, 0, 1]), 54);
     }
 }

@@ -8,7 +8,7 @@ use crate::frames::{Body, Ned, Vector};
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-// Steps in one of the unit that the name ends with.
+// Number of steps per unit; each name ends with the unit.
 const WIDTH_MS: f64 = 2e3;
 const VELOCITY_MPS: f64 = 100.0;
 const ANGLE_RAD: f64 = 1e4;
@@ -26,8 +26,8 @@ pub struct ControlFlags {
     pub switch_on: bool,
     /// The autopilot flies.
     pub engaged: bool,
-    /// The switch is closed and the pilot flies: refused, or handed back. The switch must be opened before it acts
-    /// again.
+    /// The switch is closed but the pilot flies, because the autopilot refused to engage or handed back. The switch
+    /// must be opened before it acts again.
     pub refused: bool,
     /// The pilot's signal is lost while the autopilot flies: the autopilot holds.
     pub pilot_lost: bool,
@@ -42,7 +42,7 @@ pub struct ControlFlags {
 }
 
 impl ControlFlags {
-    /// The flags as bits, in the order of the fields, the first lowest.
+    /// The flags as bits, in the order of the fields; the first field is the lowest bit.
     #[must_use]
     pub fn bits(self) -> u8 {
         [
@@ -79,7 +79,7 @@ impl ControlFlags {
 /// Flight control and biases at one moment; unknown values are `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Supplement {
-    /// The moment, on the flight's clock.
+    /// Time of the supplement, on the flight's clock.
     pub time: Time,
     /// The autopilot's mode; `None` without an autopilot.
     pub mode: Option<Mode>,
@@ -90,9 +90,9 @@ pub struct Supplement {
     pub failed_checks: u16,
     /// Width of the pulse on the aux channel, ms.
     pub aux_ms: Option<f64>,
-    /// Commanded velocity of the loops, m/s; only while the autopilot holds one.
+    /// Velocity commanded to the loops, m/s; only while the autopilot holds a velocity.
     pub asked_velocity_mps: Option<Vector<Ned>>,
-    /// Commanded heading of the loops, rad; only while the autopilot flies.
+    /// Heading commanded to the loops, rad; only while the autopilot flies.
     pub asked_heading_rad: Option<f64>,
     /// Gyro bias from the estimator, rad/s.
     pub gyro_bias_radps: Option<Vector<Body>>,
@@ -102,8 +102,8 @@ pub struct Supplement {
     pub gyro_bias_sigma_radps: Option<Vector<Body>>,
     /// One-sigma of the accelerometer bias, m/s².
     pub accel_bias_sigma_mps2: Option<Vector<Body>>,
-    /// Share of the way from the centre of the fence to its nearest side, 1 at the fence; `None` without a fence or a
-    /// position.
+    /// Position as a fraction of the distance from the centre of the fence to its nearest side, 1 at the fence; `None`
+    /// without a fence or a position.
     pub fence_share: Option<f64>,
 }
 
@@ -174,7 +174,7 @@ impl Supplement {
             != (other.mode, other.flags, other.failed_checks)
     }
 
-    /// All fields in their order, for packing and unpacking; `None` for an unknown code of the mode.
+    /// Layout of a supplement: packs or unpacks all fields in their order. `None` for an unknown code of the mode.
     pub(super) fn walk(&mut self, codec: &mut Codec<'_>, header: &mut [u8; 2]) -> Option<()> {
         codec.bytes(header);
         let known = |mode| Mode::ALL.iter().position(|own| *own == mode);

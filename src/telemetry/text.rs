@@ -3,7 +3,7 @@
 use super::wire::Codec;
 use crate::time::Time;
 
-/// Bytes of text in one frame.
+/// Number of bytes of text in one frame.
 pub const TEXT: usize = 64;
 
 /// Severity of a text.
@@ -22,7 +22,7 @@ impl Severity {
     const ALL: [Self; 3] = [Self::Info, Self::Warning, Self::Error];
 }
 
-/// A line of text, or a part of it.
+/// A line of text, or a piece of a longer line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Text {
     /// Time of the event, on the flight's clock.
@@ -36,7 +36,8 @@ pub struct Text {
 }
 
 impl Text {
-    /// The longest beginning of `line` that fits into one frame, and the rest of `line`; the cut is between characters.
+    /// Text with the longest beginning of `line` that fits into one frame, and the rest of `line`. The cut is between
+    /// characters.
     #[must_use]
     pub fn first_of(time: Time, severity: Severity, line: &str) -> (Self, &str) {
         let end = (0..=TEXT).rev().find(|&end| line.is_char_boundary(end)).unwrap_or(0);
@@ -58,7 +59,7 @@ impl Text {
         Self { time: Time::ZERO, severity: Severity::Info, goes_on: false, bytes: [0; TEXT] }
     }
 
-    /// All fields in their order, for packing and unpacking; `None` for an unknown code of the severity.
+    /// Layout of a text: packs or unpacks all fields in their order. `None` for an unknown code of the severity.
     pub(super) fn walk(&mut self, codec: &mut Codec<'_>, header: &mut [u8; 2]) -> Option<()> {
         codec.bytes(header);
         let mut codes = [self.severity as u8, u8::from(self.goes_on)];

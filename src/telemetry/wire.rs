@@ -1,15 +1,15 @@
-//! Numbers as whole steps, one function over the fields for packing and unpacking, and the stuffing that removes
-//! zeros from the sent bytes.
+//! Encoding of frames: numbers as whole steps, and the byte stuffing that removes zeros. One function over the fields
+//! both packs and unpacks.
 //!
 //! # Source
-//! S. Cheshire and M. Baker, *Consistent overhead byte stuffing*, IEEE/ACM Transactions on Networking
-//! 7 (2), 1999. Up to 253 bytes of data need one byte of overhead and none of the longer blocks.
+//! S. Cheshire and M. Baker, *Consistent overhead byte stuffing*, IEEE/ACM Transactions on Networking 7 (2), 1999. Up
+//! to 253 bytes of data need one byte of overhead; the longer blocks of the paper are not needed.
 
 use crate::frames::Vector;
 use crate::time::Time;
 
-/// Removes the zeros of `bytes`, a zero and then at most 253 bytes of data. Each zero becomes the distance to the
-/// next, the last one the distance to the end.
+/// Removes the zeros of `bytes`, which are a zero and then at most 253 bytes of data. Each zero is replaced by the
+/// distance to the next zero, and the last zero by the distance to the end.
 pub(super) fn stuff(bytes: &mut [u8]) {
     let mut distance = 1u8;
     for byte in bytes.iter_mut().rev() {
@@ -22,7 +22,7 @@ pub(super) fn stuff(bytes: &mut [u8]) {
     }
 }
 
-/// Undoes [`stuff`]. Returns whether each distance leads to the next, and the last one to the end.
+/// Reverses [`stuff`]. Returns whether each distance leads to the next distance, and the last distance to the end.
 pub(super) fn unstuff(bytes: &mut [u8]) -> bool {
     let mut distance = 1u8;
     for byte in bytes {
@@ -45,9 +45,9 @@ pub(super) enum Codec<'a> {
     Unpack(&'a [u8]),
 }
 
-/// A whole number on the wire.
+/// A whole number in a frame.
 pub(super) trait Word: Copy {
-    /// `steps` rounded to the nearest number. Values out of range saturate; NaN and `None` become the number for
+    /// The whole number nearest to `steps`. Values out of range saturate; NaN and `None` become the number that means
     /// unknown.
     fn of(steps: Option<f64>) -> Self;
     /// The number of steps, if it is known.
@@ -158,7 +158,7 @@ mod tests {
     proptest! {
         #[test]
         fn stuffing_is_that_of_the_cobs_crate(
-            // Zeros are rare in random bytes, so they are added here: stuffing is about them.
+            // Zeros are rare in random bytes. They are added here, because stuffing replaces zeros.
             data in prop::collection::vec(prop_oneof![any::<u8>(), Just(0)], 0..=253),
         ) {
             let mut bytes = [&[0][..], &data].concat();

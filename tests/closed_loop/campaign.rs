@@ -76,12 +76,13 @@ fn two_hundred_gusty_hovers_are_held() {
     hover(200);
 }
 
-/// Steady wind and gusts on each horizontal axis, m/s, from calm to a gale.
+/// Steady wind, m/s, from calm to a gale.
 const WINDS_MPS: [f64; 6] = [0.0, 3.0, 8.0, 12.0, 16.0, 20.0];
+/// Gusts on each horizontal axis, one sigma, m/s.
 const GUSTS_MPS: [f64; 5] = [0.75, 1.5, 3.0, 4.5, 6.0];
 
-/// Flies 120 s per seed in `wind_mps` with `gust_mps`. Returns the velocity of each flight in ascending order: RMS of
-/// its worst axis, infinite for a crash.
+/// Flies 120 s per seed in `wind_mps` with `gust_mps`. Returns the RMS velocity of the worst axis of each flight in
+/// ascending order; infinite for a crash.
 fn velocities_mps(wind_mps: f64, gust_mps: f64, seeds: u64) -> Vec<f64> {
     let mut config = FlightConfig { duration_s: 120.0, ..FlightConfig::new(autopilot()) };
     config.wind = WindConfig::from_direction(wind_mps, 2.3, gust_mps);
@@ -93,7 +94,7 @@ fn velocities_mps(wind_mps: f64, gust_mps: f64, seeds: u64) -> Vec<f64> {
     velocities_mps
 }
 
-/// Number of crashes among the flights of `velocities_mps`, and the worst velocity of the others.
+/// Number of crashes among the flights of `velocities_mps`, and the largest velocity of all other flights.
 fn blown(wind_mps: f64, gust_mps: f64, seeds: u64) -> (usize, f64) {
     let velocities_mps = velocities_mps(wind_mps, gust_mps, seeds);
     let held = velocities_mps.partition_point(|velocity_mps| velocity_mps.is_finite());

@@ -1,5 +1,5 @@
-//! Heading in gusts, and its causes. The filter revises its magnetometer's error all the time, and the vehicle must
-//! not turn because of it.
+//! Heading in gusts, and its causes. The filter continuously revises its estimate of the magnetometer's error, and the
+//! vehicle must not turn because of it.
 
 use hovernav_sim::{Feedback, Flight, FlightConfig};
 

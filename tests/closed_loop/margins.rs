@@ -6,7 +6,8 @@ use hovernav_model::{StateSpace, shipped};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
-/// Every loop broken at its actuator, with all others closed, in every flying mode.
+/// Checks the margins of every loop in every flying mode. One loop is broken at its actuator, and all others are
+/// closed.
 #[track_caller]
 fn assert_margins(design: &HoverDesign, model: &StateSpace) {
     let gains = design.synthesise(model).unwrap();
@@ -36,7 +37,7 @@ fn every_loop_of_the_60_class_has_6_db_and_45_degrees() {
     assert_margins(&HoverDesign::default(), &shipped::raptor60());
 }
 
-/// The gain of an integral at rest is infinite: its rounding must not be reported as a margin of -297 dB.
+/// The gain of an integral at rest is infinite. Rounding of it must not be reported as a margin of -297 dB.
 #[test]
 fn a_gain_that_may_fall_to_nothing_has_no_margin_downwards() {
     for model in [shipped::raptor60(), shipped::mettler_r50(), shipped::thesis()] {
@@ -72,7 +73,8 @@ fn a_loop_with_many_modes_at_zero_and_at_one_has_poles() {
     }
 }
 
-/// `model` with an independent error of up to `share` in every derivative; terms of kinematics and gravity stay.
+/// `model` with an independent relative error of up to `share` in every derivative; the terms of kinematics and gravity
+/// keep their values.
 fn perturbed(model: &StateSpace, share: f64, random: &mut ChaCha8Rng) -> StateSpace {
     let mut off = || 1.0 + share * (2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0);
     let names: Vec<&str> = model.states().iter().map(|state| state.name.as_str()).collect();
@@ -90,14 +92,14 @@ fn perturbed(model: &StateSpace, share: f64, random: &mut ChaCha8Rng) -> StateSp
     StateSpace::new("perturbed", model.time(), states, inputs, a, b).unwrap()
 }
 
-/// Number of 500 perturbed models that the gains of the nominal one keep stable.
+/// Number of perturbed models, of 500, that the gains of the nominal model keep stable.
 fn stable_of_500(design: &HoverDesign, model: &StateSpace) -> usize {
     let gains = design.synthesise(model).unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(1);
     (0..500)
         .filter(|_| {
             let other = perturbed(model, 0.2, &mut random);
-            // Every disturbance has decayed after 2¹⁵ samples, a quarter of an hour.
+            // After 2¹⁵ samples, a quarter of an hour, every disturbance has decayed.
             let open = design.close(&other, &gains).unwrap().open().clone();
             assert!(open.d().iter().all(|&direct| direct == 0.0));
             let mut step = open.a() - open.b() * open.c();
@@ -132,7 +134,7 @@ fn the_printed_model_is_fast_and_robust() {
     assert!(fast >= 450 && robust >= 495, "{fast} {robust}");
 }
 
-/// Result of the search for the printed model, from equal weights.
+/// The result of the weight search for the printed model, from equal weights.
 #[test]
 #[ignore = "half a minute of search"]
 fn the_weights_searched_for_the_printed_model_have_all_that_is_required() {

@@ -1,4 +1,4 @@
-//! The model printed by Paw (2005), under the autopilot's own code.
+//! The model printed by Paw (2005), flown by the autopilot's own code.
 
 use hovernav::autopilot::{HoverAutopilot, HoverConfig, Inputs, Mode};
 use hovernav::controls::Sticks;
@@ -39,7 +39,7 @@ impl Printed {
         let mut generator = DMatrix::zeros(13, 13);
         generator.view_mut((0, 0), (8, 8)).copy_from(model.a());
         generator[(8, 7)] = 1.0;
-        // Percent of stick.
+        // The model's inputs are in percent of stick.
         generator.view_mut((0, 9), (8, 4)).copy_from(&(model.b() * 100.0));
         let transition = (generator * step_s).exp();
         let servo = |lag_s: f64| {

@@ -7,7 +7,7 @@ use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent, WindConfig};
 
 use crate::autopilot;
 
-/// Both flights of a configuration.
+/// The flights of a configuration in double and in single precision.
 fn both(config: &FlightConfig) -> [Flight; 2] {
     let flights = [config.fly_in::<f64>(|_| ()).unwrap(), config.fly_in::<f32>(|_| ()).unwrap()];
     for flight in &flights {
@@ -16,8 +16,8 @@ fn both(config: &FlightConfig) -> [Flight; 2] {
     flights
 }
 
-/// Largest differences of the second flight from the first, from its start on. Headings are relative to the heading
-/// at the pilot's release.
+/// Largest differences between the two flights. The heading difference counts from its value when the pilot released
+/// the sticks.
 #[derive(Debug, Default)]
 struct Apart {
     stick: f64,
@@ -77,7 +77,7 @@ fn the_loops_alone_fly_the_same_way_in_either_precision() {
         duration_s: 120.0,
         ..FlightConfig::new(autopilot())
     };
-    // Servos with a dead band amplify rounding.
+    // Dead bands and resolutions of servos amplify rounding, so they are switched off.
     for servo in [&mut config.vehicle.servo, &mut config.vehicle.tail_servo] {
         (servo.dead_band, servo.resolution) = (0.0, 0.0);
     }
@@ -110,7 +110,7 @@ fn estimator_and_autopilot_together_hold_as_well_in_either_precision() {
         let (one, other) = (one.heading_worst_deg, other.heading_worst_deg);
         // Largest momentary differences: of ten seeds two differ by 0.03°, the others by less than 0.015°.
         assert!((one - other).abs() < 0.05, "seed {seed}: {one} and {other} deg");
-        // At one moment of seed 5 the velocities differ by 0.0246 m/s, in the others by less than 0.02.
+        // At one moment of seed 5 the velocities differ by 0.0246 m/s; in all other seeds by less than 0.02 m/s.
         assert!(apart.velocity_mps < 0.025 && apart.heading_deg < 0.1, "seed {seed}: {apart:?}");
         assert!(apart.place_m < 0.2 && apart.stick < 0.01, "seed {seed}: {apart:?}");
     }

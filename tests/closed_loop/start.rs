@@ -1,5 +1,5 @@
-//! The first seconds after alignment: one-sigmas match the errors, with a barometer of unknown level and a receiver
-//! that reports one figure for its velocity.
+//! The first seconds after alignment: one-sigmas match the errors. The barometer has an unknown level, and the receiver
+//! reports one accuracy for all axes of its velocity.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
@@ -14,14 +14,14 @@ const MOMENTS_S: [f64; 3] = [3.0, 8.0, 15.0];
 const WHAT: [&str; 8] =
     ["north", "east", "down", "v north", "v east", "v down", "tilt about north", "tilt about east"];
 
-/// Errors over their one-sigma.
+/// Errors divided by their one-sigma.
 fn normalised(truth: &Truth, found: &Solution) -> [f64; 8] {
     let place = found.position.displacement_from(&truth.position).to_array();
     let velocity = (found.velocity_mps - truth.velocity_mps).to_array();
     let tilt = (found.body_to_ned * truth.body_to_ned.inverse()).rotation_vector().to_array();
     let [north, east, down] = found.position_sigma_m.to_array();
     let [v_north, v_east, v_down] = found.velocity_sigma_mps.to_array();
-    // Roll and pitch sigmas are about the vehicle's axes; the larger bounds that of any axis.
+    // The sigmas of roll and pitch are about the vehicle's axes; the larger one is a bound for any axis.
     let level_rad = found.attitude_sigma_rad[0].max(found.attitude_sigma_rad[1]);
     [
         place[0] / north,
@@ -64,7 +64,7 @@ fn from_the_first_seconds_on_errors_are_as_large_as_stated() {
         }
         for (moment_s, squares) in MOMENTS_S.into_iter().zip(squares) {
             for (what, square) in WHAT.into_iter().zip(squares) {
-                // The rms of sixty draws of one-sigma 1 is between 0.7 and 1.3, except once in a thousand times.
+                // With a one-sigma of 1, the RMS of sixty draws is outside 0.7 to 1.3 only once in a thousand times.
                 let rms = square.sqrt();
                 println!("{} at {moment_s} s, {what}: {rms:.2} of its one-sigma", grade.name());
                 assert!(rms < 1.35, "{} at {moment_s} s, {what}: {rms:.2}", grade.name());

@@ -57,22 +57,22 @@ fn largest(values: [f64; 4]) -> f64 {
     values.into_iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
-/// The largest steps of a stick from one cycle to the next, in full sticks.
+/// Largest changes of a stick from one cycle to the next, in full sticks.
 #[derive(Clone, Copy, Debug, Default)]
 struct Steps {
-    /// In cycles with a fix, and in all others.
+    /// Largest change in cycles with a fix.
     at_fixes: f64,
     between: f64,
-    /// Step due to the fix itself, in any cycle after it.
+    /// Largest change that the fix itself causes, in any cycle after it.
     by_fixes: f64,
-    /// Root mean square of the steps of all axes, in ordinary cycles.
+    /// Root mean square of the changes on all axes, in cycles without a fix.
     usual: f64,
     fixes: u32,
 }
 
 fn steps(config: &FlightConfig, flight: &Flight) -> Steps {
     let mut hearing = Hearing::new(config);
-    // Twins without the latest fix: their age in cycles, and the previous effect of the fix.
+    // Twins without the latest fix: each with its age in cycles, and the effect of the fix in the previous cycle.
     let mut twin: Option<(Hearing, usize, [f64; 4])> = None;
     let mut steps = Steps::default();
     let mut pilot = flight.samples[0].sticks;
@@ -99,7 +99,7 @@ fn steps(config: &FlightConfig, flight: &Flight) -> Steps {
         let flown = hearing.step(now, pilot, engage).sticks;
         assert_eq!(flown, sample.sticks, "replayed as flown, {now}");
 
-        // After the transients of engagement.
+        // The evaluation begins after the transients of engagement.
         let judged = now.seconds() > config.engage_s + 5.0;
         let moved = before.replace(flown).map_or([0.0; 4], |before| difference(flown, before));
         if judged {
@@ -112,7 +112,8 @@ fn steps(config: &FlightConfig, flight: &Flight) -> Steps {
         }
         if fix.is_some() {
             steps.fixes += u32::from(judged);
-            // The twin already has this cycle's sample; the barometer's height is not an effect of the fix.
+            // The twin already has this cycle's sample. It also gets the barometer's height, which is not an effect of
+            // the fix.
             let mut other = without;
             events[1..].iter().for_each(|event| other.observe(event));
             let done = difference(flown, other.step(now, pilot, engage).sticks);
@@ -159,7 +160,7 @@ fn no_fix_moves_a_stick_by_more_than_3_percent() {
     }
 }
 
-/// The same for twenty complete flights.
+/// The same check for twenty complete flights.
 #[test]
 #[ignore = "a minute"]
 fn no_fix_of_twenty_flights_moves_a_stick_by_more_than_3_percent() {
@@ -174,7 +175,8 @@ fn no_fix_of_twenty_flights_moves_a_stick_by_more_than_3_percent() {
 #[test]
 fn fifty_engagements_and_releases_move_no_stick_by_more_than_3_percent() {
     let (engage_s, release_s) = (12.0, 20.0);
-    // In the cycle of a change, in the half second after engagement, after release, and during flight.
+    // Largest changes of a stick: in the cycle of a mode change, in the half second after engagement, after release,
+    // and during flight.
     let mut largest_step = [0.0f64; 4];
     for seed in 1..=50 {
         let events = vec![(release_s, FlightEvent::Engage(false))];
@@ -267,7 +269,7 @@ fn excursions(feedback: Feedback, engage_s: f64) -> Excursions {
         apart[1].push(apart_deg(&flown, &handed_back, release_s, 0.6));
         apart[2].push(moved_deg(&flown, engage_s, 2.0));
         apart[3].push(moved_deg(&by_pilot, engage_s, 2.0));
-        // Effect of the hold long after engagement.
+        // For comparison: changes of attitude in a hold long after engagement.
         apart[4].extend([4.0, 6.0].map(|later_s| moved_deg(&flown, engage_s + later_s, 2.0)));
     }
     let [engaged, released, moved, by_pilot, held] = apart.map(|mut apart| {
@@ -282,7 +284,7 @@ fn excursions(feedback: Feedback, engage_s: f64) -> Excursions {
     Excursions { engaged, released }
 }
 
-/// As with the serial lines, where the pilot has flown for three quarters of a minute.
+/// The flight is as with the serial lines, where the pilot has flown for three quarters of a minute.
 #[test]
 fn fifty_engagements_and_releases_move_the_attitude_by_no_more_than_3_degrees() {
     for feedback in [Feedback::Truth, Feedback::Estimator] {

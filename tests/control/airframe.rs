@@ -61,11 +61,12 @@ fn near_a_hover_the_airframe_is_its_model() {
             let above = derivative(&airframe, &x, [0.0; 4]);
             for (row, value) in STATES.into_iter().zip(above) {
                 let Ok(to) = model.state(row) else { continue };
-                // The attitude follows from the rates, and not from the model.
+                // The attitude rates follow from the angular rates, not from the model.
                 if ["phi", "theta"].contains(&row) {
                     continue;
                 }
-                // Gravity is standard gravity, the models' 9.81 m/s², rounded or tilted by the trim.
+                // Gravity in the airframe is standard gravity; in the models it is 9.81 m/s², rounded or tilted by the
+                // trim.
                 let expected = model.a()[(to, own)];
                 assert_abs_diff_eq!(value / step, expected, epsilon = 0.02);
             }

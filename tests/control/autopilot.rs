@@ -44,7 +44,7 @@ impl Bench {
         Self { autopilot: HoverAutopilot::new(config()).unwrap(), step: 0 }
     }
 
-    /// One step with an estimate of the time of the step.
+    /// One step with an estimate whose time is the time of the step.
     pub fn step(
         &mut self,
         solution: Option<Solution>,
@@ -72,7 +72,7 @@ impl Bench {
         last
     }
 
-    /// Flown by the pilot for a while, then by the autopilot.
+    /// The vehicle is flown by the pilot for a while, then by the autopilot.
     fn engaged() -> Self {
         let mut bench = Self::new();
         bench.steps(5.0, Some(hovering()), Some(PILOT), false);
@@ -326,8 +326,8 @@ proptest! {
                 engage,
             });
             let sticks = outputs.sticks;
-            // The pilot's own sticks pass up to the limit of a transmitter. From beyond full travel the autopilot
-            // returns at its rate.
+            // The pilot's own sticks are passed on up to the limit of a transmitter. From beyond full travel the
+            // autopilot returns at its rate limit.
             for (stick, last) in sticks.to_array().into_iter().zip(last.to_array()) {
                 let most = match outputs.mode {
                     Mode::Manual => FARTHEST_PILOT,

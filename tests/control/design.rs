@@ -179,7 +179,7 @@ fn the_sampled_cost_is_the_continuous_cost_of_the_sampled_flight() {
                 let u = if part < late { &old } else { &new };
                 let next = step.a() * &x + step.b() * u;
                 let middle = (&x + &next) * 0.5;
-                // Simpson's rule needs the state at the middle; the mean of both ends is accurate enough.
+                // Simpson's rule needs the state at the middle; the mean of the states at both ends is accurate enough.
                 let form = |x: &DVector<f64>| x.dot(&(&q * x)) + u.dot(&(&r * u));
                 cost +=
                     (form(&x) + 4.0 * form(&middle) + form(&next)) / 6.0 * period_s / fine as f64;
@@ -255,7 +255,7 @@ fn what_has_no_design_is_refused_with_the_reason() {
     // A double integrator whose cost contains neither state: nothing requires stability.
     let error = told(lqr(&free, &DMatrix::zeros(2, 2), &r).map(drop));
     assert!(error.contains("no stabilising solution"), "{error}");
-    // A double integrator whose cost contains one state: the other would stay where it is.
+    // A double integrator whose cost contains one state: the other state would keep its value.
     let error = told(
         lqr(
             &model(diagonal(&[0.0, 1.0]), DMatrix::identity(2, 2)),
@@ -349,7 +349,7 @@ fn a_sampled_loop_dies_at_the_margins_reported_for_each_channel() {
             assert_abs_diff_eq!(radius(index, down.margin), 1.0, epsilon = 1e-6);
         }
     }
-    // Both channels at once, each at either end of the disk, stay stable.
+    // The loop stays stable with both channels at once, each at either end of the disk.
     let [low, high] = margins.disk_gain();
     for (one, other) in [(low, high), (high, low), (low, low), (high, high)] {
         let mut gain = design.gain.clone();

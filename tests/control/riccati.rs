@@ -11,7 +11,7 @@ fn matrix(value: &Value) -> DMatrix<f64> {
     DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
 }
 
-/// Solves every row of a collection and prints the distance of each solution from the 300-digit one.
+/// Solves every row of a collection and prints the distance of each solution from the solution with 300 digits.
 fn errors(
     collection: &str,
     solve: impl Fn(&Value) -> Result<DMatrix<f64>, DesignError>,
@@ -108,7 +108,7 @@ fn a_singular_weight_under_an_indefinite_cost_is_solved() {
 
 #[test]
 fn every_weight_at_zero_is_solved_where_the_cost_is_in_the_states() {
-    // Deadbeat: states without cost of control are at rest in two steps.
+    // Deadbeat control: the control has no cost, so the states are at rest in two steps.
     let a = dmatrix![1.0, 0.1; 0.0, 1.0];
     let b = dmatrix![0.005; 0.1];
     let solution = dare(&a, &b, &dmatrix![1.0, 0.0; 0.0, 1.0], &dmatrix![0.0], None).unwrap();
@@ -122,7 +122,7 @@ fn every_weight_at_zero_is_solved_where_the_cost_is_in_the_states() {
 
 #[test]
 fn a_mode_that_must_stay_on_the_border_is_refused_by_name() {
-    // The cost does not contain an undamped oscillation: the pencil has it twice on the border.
+    // The cost does not contain an undamped oscillation: the pencil has this eigenvalue pair twice on the unit circle.
     let turn = dmatrix![0.8, 0.6; -0.6, 0.8];
     let (b, none) = (dmatrix![0.0; 1.0], DMatrix::zeros(2, 2));
     let error = dare(&turn, &b, &none, &dmatrix![1.0], None).unwrap_err().to_string();

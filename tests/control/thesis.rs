@@ -14,7 +14,7 @@ fn respond(state: &str, size: f64) -> DisturbanceResponse {
     PrintedDesign::new().unwrap().respond(state, size, 20.0, 0.01).unwrap()
 }
 
-/// Within 1 %, or to the last digit of a number given to `digits`.
+/// Asserts that a number agrees within 1 %, or within the last digit if the number is given to `digits`.
 #[track_caller]
 fn assert_near(found: f64, expected: f64, digits: i32, what: &str) {
     let allowed = (0.01 * expected.abs()).max(0.51 * 10f64.powi(-digits));

@@ -1,4 +1,4 @@
-//! Findings for an aid that pauses, ends early, begins late, repeats its values or uses another unit.
+//! Findings for an additional sensor that pauses, ends early, begins late, repeats its values or uses another unit.
 
 use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;

@@ -1,4 +1,4 @@
-//! A certainly wrong aid is excluded and reported, and the flight is estimated without it.
+//! An additional sensor that is certainly wrong is excluded and reported, and the flight is estimated without it.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Reading of `dataset.toml`: valid keys are used as intended, invalid ones are rejected with their line.
+//! Reading of `dataset.toml`: valid keys have the intended effect, invalid keys are rejected with their line.
 
 use hovernav_log::{Dataset, Manifest, SolutionPoint};
 use tempfile::TempDir;

@@ -338,7 +338,7 @@ fn a_fix_without_height_or_of_two_dimensions_reports_the_horizontal_alone() {
     let typed = |gps: &str| open(&[("imu.csv", &imu_at(&["1"])), ("gps.csv", gps)]).unwrap().fixes;
     // A table with type 1 and without type 3 contains qualities, so that 2 is not a dimension.
     assert!(!typed(&gps.replace(",3\n", ",1\n"))[2].two_dimensional);
-    // Next to type 3, type 1 is no fix.
+    // If the table also contains type 3, type 1 means no fix.
     assert_eq!(typed(&gps.replace("250,3", "250,1")).len(), 2);
 }
 

@@ -290,7 +290,7 @@ fn a_reference_read_for_some_moments_is_the_whole_one_there() {
         let place = with("reference.csv", &rows_of("reference.csv", change));
         let manifest = Dataset::open(place.path()).unwrap().manifest;
         let whole = Reference::open(place.path(), &manifest).unwrap().unwrap();
-        // On rows, between them, in gaps, before the first and after the last.
+        // Times on rows, between rows, in gaps, before the first row and after the last row.
         let times = |step_ns: i64| {
             (-500_000_000..310_000_000_000).step_by(step_ns as usize).map(Time::from_nanoseconds)
         };

@@ -254,7 +254,7 @@ fn what_the_reference_errs_by_itself_is_not_held_against_the_sigmas() {
         let axis = score.axis(Axis::VelocityNorth).unwrap();
         (axis.within_3_sigma.unwrap(), axis.error_over_sigma.unwrap())
     };
-    // An error of 0.5 m/s at a sigma of 0.1, and with a reference of 0.24 in addition.
+    // An error of 0.5 m/s at a sigma of 0.1 m/s; then with a sigma of the reference of 0.24 m/s in addition.
     let (within, ratio) = ratios("");
     assert_eq!(within, 0.0);
     assert_abs_diff_eq!(ratio, 5.0, epsilon = 1e-12);
@@ -263,7 +263,7 @@ fn what_the_reference_errs_by_itself_is_not_held_against_the_sigmas() {
     assert_abs_diff_eq!(ratio, 0.5 / 0.26, epsilon = 1e-12);
 }
 
-/// A reference at rest for 100 s, and solutions at 10 Hz that drift north by `drift_m(t)`.
+/// A reference at rest for 100 s, and solutions at 10 Hz with an error of `drift_m(t)` to the north.
 fn drifting(drift_m: impl Fn(f64) -> f64) -> (Vec<Solution>, Reference) {
     let rows =
         (0..=1000).map(|i| format!("{}.{},45,-93,250\n", i / 10, i % 10)).collect::<String>();

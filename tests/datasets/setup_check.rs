@@ -1,4 +1,4 @@
-//! Impossible set-ups are reported with their likely cause before the estimation; possible ones are not.
+//! Impossible set-ups are reported with their likely cause before the estimation; possible set-ups are not reported.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Temporary garbage fixes are not reported as a wrong set-up, and do not hide one.
+//! Temporary garbage fixes are not reported as a wrong set-up, and a wrong set-up is still reported if garbage occurs.
 
 use std::path::Path;
 

@@ -16,12 +16,12 @@ use rand_distr::{Distribution, StandardNormal};
 type Path3 = fn(f64) -> [f64; 3];
 
 const STANDING: Path3 = |_| [0.0; 3];
-/// Away at 3 m/s from 100 to 140 s.
+/// A path at 3 m/s away from the start, from 100 to 140 s.
 const AWAY: Path3 = |time_s| {
     let along_m = 3.0 * (time_s - 100.0).clamp(0.0, 40.0);
     [0.8 * along_m, 0.6 * along_m, 0.0]
 };
-/// Up at 3 m/s from 100 to 140 s.
+/// A path upwards at 3 m/s, from 100 to 140 s.
 const UP: Path3 = |time_s| [0.0, 0.0, -3.0 * (time_s - 100.0).clamp(0.0, 40.0)];
 
 /// Fixes of 240 s at 5 Hz. Positions have slow errors of 2 m and noise of 0.5 m, twice this in height; velocities
@@ -67,7 +67,7 @@ fn zeroed(mut fixes: Vec<Fix>, [level, down]: [bool; 2], span_s: std::ops::Range
     fixes
 }
 
-/// Findings of a log with these fixes, and which of their horizontal and vertical velocities are kept.
+/// Findings of a log with these fixes, and the numbers of horizontal and vertical velocities that are used.
 fn ignored(fixes: Vec<Fix>) -> (Vec<SetupFinding>, [usize; 2]) {
     let mut dataset = Dataset { fixes, ..Dataset::default() };
     let denied = dataset.ensure_possible(Path::new("log")).unwrap();
@@ -116,7 +116,7 @@ fn a_vehicle_that_stands_keeps_its_zeros() {
         for fix in jumping.iter_mut().filter(|fix| (83.0..113.0).contains(&fix.time.seconds())) {
             fix.position = fix.position.displaced(Vector::<Ned>::new(60.0, -40.0, 30.0));
         }
-        // At rest for 90 s before it moves, with zeros for the same time.
+        // The vehicle is at rest for 90 s before it moves, and the velocities are zero for the same time.
         let starting = zeroed(fixes(AWAY, seed), [true, true], 0.0..100.0);
         for fixes in [standing, jumping, starting] {
             let (told, stay) = ignored(fixes);

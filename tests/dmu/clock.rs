@@ -9,7 +9,7 @@ use crate::generator::Random;
 
 const LATENCY_S: f64 = 0.0078;
 
-/// A unit whose timer has its own tick, and its line.
+/// An IMU whose timer has its own tick, and the serial line of the IMU.
 struct Source {
     tick_s: f64,
     start: Time,

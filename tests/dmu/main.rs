@@ -1,5 +1,5 @@
-//! The inertial unit on the wire: captured and synthetic streams, damage of every kind, its timer,
-//! and a simulated unit to start up.
+//! The IMU on the serial line: captured and synthetic streams, damage of every kind, its timer, and the start-up of a
+//! simulated IMU.
 
 mod capture;
 mod clock;

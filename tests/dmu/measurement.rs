@@ -101,7 +101,8 @@ fn each_implausible_thing_is_named() {
     assert_eq!(reasons(at_the_limits), []);
 }
 
-/// Damage that passed the checksum: one packet with random words costs that packet, and motion that lasts costs one.
+/// Damage with a valid checksum: one packet with random words costs only this packet, and a real change of motion also
+/// costs one packet.
 #[test]
 fn a_single_jump_is_rejected_and_a_lasting_one_is_motion() {
     let jumps = |words: &[i16]| -> Vec<bool> {

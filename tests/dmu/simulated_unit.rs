@@ -1,4 +1,4 @@
-//! A unit at the far end of a serial line, and the exchange of a link with it.
+//! An IMU at the far end of a serial line, and the exchange of a link with it.
 
 use hovernav::dmu::{AnglePacket, Link, LinkAction, LinkFault, Mode, Packet, Received};
 use hovernav::time::Time;
@@ -13,14 +13,14 @@ const PACKETS: u32 = 1_800;
 #[derive(Clone, Debug)]
 pub struct SimulatedUnit {
     pub device: DmuDevice,
-    /// The unit neither receives nor sends.
+    /// Whether the IMU is unplugged: it neither receives nor sends.
     pub unplugged: bool,
-    /// All bytes that the unit sent.
+    /// All bytes that the IMU sent.
     sent: Vec<u8>,
 }
 
 impl SimulatedUnit {
-    /// The words of the unit are `AH`: bytes of replies to commands.
+    /// An IMU whose packets contain the words `AH`, which are also bytes of replies to commands.
     pub fn new(firmware: Firmware, mode: Mode, continuous: bool) -> Self {
         let words = [0x4148; 3];
         let packet = AnglePacket {
@@ -42,7 +42,7 @@ impl SimulatedUnit {
         self.device.send_unsolicited(bytes, now);
     }
 
-    /// Whether the unit sent this packet, byte for byte.
+    /// Whether the IMU sent this packet, byte for byte.
     pub fn has_sent(&self, packet: &Packet) -> bool {
         let bytes = match packet {
             Packet::Voltage(packet) => packet.encode().to_vec(),
@@ -70,7 +70,7 @@ impl SimulatedUnit {
     }
 }
 
-/// A link and a unit in simulated time.
+/// A link and an IMU in simulated time.
 pub struct Conversation {
     pub link: Link,
     pub unit: SimulatedUnit,

@@ -1,4 +1,4 @@
-//! Start-up from any state of the unit, and restart after a loss.
+//! Start-up from any state of the IMU, and restart after a loss.
 
 use approx::assert_abs_diff_eq;
 use hovernav::dmu::{Command, Flow, Link, LinkFault, Mode, Packet, StartupError};

@@ -108,7 +108,8 @@ fn a_lost_byte_costs_its_own_packet_at_most_and_falsifies_no_measurement() {
         assert!(found.len() >= window.len() - 1, "byte {at}: {} left", found.len());
         wrong_timers += wrong.len();
     }
-    // The additive checksum passes one in 256; only the last two bytes before it leave no other trace.
+    // The additive checksum accepts one in 256 damaged packets. Only damage of the last two bytes before the checksum
+    // has no other trace.
     assert!(wrong_timers <= 2 * 330 / 64, "{wrong_timers} wrong timers");
 }
 
@@ -138,11 +139,11 @@ fn an_added_byte_costs_its_own_packet_at_most_and_seldom_makes_a_false_one() {
         }
     }
     println!("{cases}: {wrong_timers} wrong timers, {falsified} and {headers} wrong measurements");
-    // The checksum alone passes one in 256.
+    // The checksum alone accepts one in 256 damaged packets.
     assert!(wrong_timers < cases / 3000, "{wrong_timers} of {cases}");
     assert!(falsified < cases / 20_000, "{falsified} of {cases}");
-    // A header byte added to a packet whose first word begins with another leaves a valid sum and end, one byte
-    // later.
+    // A header byte may be added to a packet whose first word begins with another header byte. The sum and the end are
+    // then valid, one byte later.
     let beginnings = truth.iter().filter(|packet| packet.attitude[0] >> 8 == -1).count();
     assert!(headers <= 30 * beginnings, "{headers} of {beginnings} packets");
 }
@@ -166,7 +167,7 @@ fn of_twenty_thousand_packets_with_one_in_a_hundred_short_of_a_byte_none_is_fals
     for packet in &found {
         assert!(rest.any(|truth| truth == packet), "a false packet: {packet:?}");
     }
-    // Lost in addition to the damaged ones: intact packets with damage on both sides.
+    // Intact packets with damage on both sides are lost in addition to the damaged packets.
     assert!(intact.len() - found.len() <= 6, "{} of {}", found.len(), intact.len());
 }
 

@@ -1,4 +1,4 @@
-//! A rangefinder and a second antenna: they help where no other sensor does, their one-sigmas are right, and their
+//! A rangefinder and a second antenna. They help where no other sensor does, their one-sigmas are right, and their
 //! faults do no harm.
 
 use hovernav::earth::Geodetic;
@@ -18,7 +18,7 @@ use rand_distr::{Distribution, StandardNormal};
 
 const PERIOD_S: f64 = 0.02;
 const GRAVITY_MPS2: f64 = 9.808;
-/// Ground below the start, m under it.
+/// Height of the start above the ground, m.
 const HEIGHT_M: f64 = 6.0;
 
 fn place() -> Geodetic {
@@ -164,7 +164,7 @@ fn a_roof_and_a_tree_are_ground_and_no_height() {
         );
         assert!(worst_m < plain_m + 0.8, "seed {seed}: {worst_m} m, without {plain_m} m");
         assert!((40..=110).contains(&refused), "{refused}");
-        // The ground after the roof is the original one.
+        // After the roof the estimate of the ground height is the original one.
         let ground_m = filter.parameter(27);
         assert!(ground_m.abs() < 1.0, "{ground_m}");
     }
@@ -213,7 +213,7 @@ fn a_stuck_reading_of_a_vehicle_that_moves_is_not_used() {
         let seconds = f64::from(step) * PERIOD_S;
         let mut sample = hover.sample(seconds);
         if let Motion::Rates { specific_force_mps2, .. } = &mut sample.motion {
-            // Away to the north.
+            // The vehicle accelerates to the north.
             *specific_force_mps2 += Vector::new(0.5, 0.0, 0.0);
         }
         filter.predict(&sample).unwrap();
@@ -256,8 +256,8 @@ fn the_innovations_of_a_rangefinder_are_as_large_as_it_expects() {
     assert!((0.75..1.15).contains(&mean), "{mean}");
 }
 
-/// Two minutes with a second antenna at 5 Hz whose heading is off by `off_rad(seconds)`. Returns the squared normalised
-/// heading errors, the last error, and the rejections.
+/// Two minutes with a second antenna at 5 Hz whose heading has the error `off_rad(seconds)`. Returns the squared
+/// normalised heading errors, the last error, and the rejections.
 fn with_antennas(seed: u64, off_rad: impl Fn(f64) -> f64) -> (Vec<f64>, f64, Vec<Unusable>) {
     let mut hover = Hover::new(seed);
     let off = 0.05 * normal(&mut hover.noise);
@@ -309,7 +309,7 @@ fn a_heading_of_two_antennas_is_as_sure_as_it_is_right() {
 
 #[test]
 fn a_heading_that_points_backwards_or_jumps_is_refused() {
-    // Exchanged permanently after a minute; a wrong ambiguity of 20° for 40 s.
+    // First the antennas are exchanged permanently after a minute; then a wrong ambiguity of 20° lasts 40 s.
     let half = core::f64::consts::PI;
     let (_, last_rad, why) = with_antennas(7, |seconds| if seconds > 60.0 { half } else { 0.0 });
     assert!(why.len() > 290 && why.iter().all(|why| *why == Unusable::Reversed), "{why:?}");

@@ -39,7 +39,7 @@ impl Still {
         }
     }
 
-    /// Two seconds of samples. The fix comes once too early, and again after the samples.
+    /// Two seconds of samples. The fix is pushed once too early, and again after the samples.
     fn aligned(&self, config: AlignmentConfig, fix: Fix) -> Option<Alignment> {
         self.aligned_on(Mounting::default(), config, fix)
     }
@@ -290,7 +290,7 @@ fn an_unknown_heading_is_found_in_motion_within_its_stated_one_sigma() {
     }
 }
 
-/// A fix at any second meets enough samples, at any interval of the fixes.
+/// A fix at any second is accompanied by enough samples, at any interval of the fixes.
 #[test]
 fn a_lone_fix_aligns_whenever_it_comes() {
     let lift = Vector::new(0.0, 0.0, -Local::at(&place()).gravity_mps2);
@@ -307,8 +307,8 @@ fn a_lone_fix_aligns_whenever_it_comes() {
     }
 }
 
-/// Fixes of which those in the first `for_s` seconds have no height. Returns the time of the alignment, s, and its
-/// one-sigma of height, m.
+/// The fixes in the first `for_s` seconds have no height. Returns the time of the alignment, s, and its one-sigma of
+/// height, m.
 fn aligned_without_height(for_s: u32) -> (f64, f64) {
     let mut aligner = Aligner::new(AlignmentConfig::default(), Mounting::default());
     let lift = Vector::new(0.0, 0.0, -Local::at(&place()).gravity_mps2);

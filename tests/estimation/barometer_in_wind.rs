@@ -1,5 +1,5 @@
-//! A barometer whose static port is exposed to the airspeed, on an aircraft in steep circles without fixes. It must not
-//! spoil tilt and velocity.
+//! A barometer whose static port is exposed to the airspeed, on an aircraft in steep circles without fixes. Its error
+//! must not spoil tilt and velocity.
 
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig};
@@ -10,8 +10,8 @@ use crate::steep_circles::steep_circles;
 
 const OUTAGE_S: f64 = 15.0;
 
-/// Horizontal position error at the end of the outage, m and in one-sigmas. The barometer's error is `share` of the
-/// dynamic pressure, with opposite signs in right and left turns.
+/// Horizontal position error at the end of the outage, in m and in one-sigmas. The barometer's error is the fraction
+/// `share` of the dynamic pressure, with opposite signs in right and left turns.
 fn drift(recording: &Recording, share: Option<f64>, outage_start_s: f64) -> (f64, f64) {
     let mut config = EstimatorConfig::default();
     config.mounting.imu_lever_arm_m = DmuConfig::default().lever_arm_m;
@@ -65,7 +65,7 @@ fn a_barometer_in_the_wind_of_the_vehicles_speed_does_not_lead_it_off_without_fi
         most_sigmas = most_sigmas.max(sigmas);
     }
     println!("mean {:.1} and {:.1} m", without / 8.0, with / 8.0);
-    // With the noise of a barometer at rest, the error is 29 m, up to 4.0 one-sigmas.
+    // With the noise of a barometer at rest in the model, the error is 29 m, up to 4.0 one-sigmas.
     assert!(with < 1.2 * without, "{with} {without}");
     assert!(most_sigmas < 2.0, "{most_sigmas}");
 }

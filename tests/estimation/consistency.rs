@@ -238,7 +238,7 @@ fn bounds(degrees: usize, count: usize) -> [f64; 2] {
     [0.025, 0.975].map(|probability| sum.inverse_cdf(probability) / count as f64)
 }
 
-/// Share of the epochs within the bounds of an epoch, and the mean over all.
+/// Fraction of the epochs that are within the bounds of an epoch, and the mean over all epochs.
 fn judge(name: &str, degrees: usize, epochs: &[f64]) -> (f64, f64) {
     let [low, high] = bounds(degrees, RUNS as usize);
     let within = epochs.iter().filter(|mean| (low..=high).contains(*mean)).count();
@@ -273,7 +273,7 @@ fn errors_and_innovations_are_as_large_as_the_covariance_says() {
         let (share, mean) = judge(name, degrees, epochs);
         let [low, high] = bounds(degrees, RUNS as usize);
         assert!((low..=high).contains(&mean), "{name}: {mean} outside [{low}, {high}]");
-        // Errors of neighbouring epochs are correlated, so the share scatters about its 95 %.
+        // Errors of neighbouring epochs are correlated, so the fraction scatters about its 95 %.
         assert!(share >= 0.85, "{name}: inside at only {share} of the epochs");
     }
     // Innovations are independent from fix to fix, so their mean over all epochs has tight bounds.

@@ -102,7 +102,7 @@ fn fly(rate_hz: i64, covariance_interval_s: f64) -> Flown {
     Flown { filtered, smoothed: smoother.smooth(), propagations }
 }
 
-/// Largest differences of solutions: velocity, m/s, position, m, attitude, rad, and one-sigmas, as a share.
+/// Largest differences of solutions: velocity, m/s, position, m, attitude, rad, and one-sigmas, as a fraction.
 fn apart(every: &[Solution], seldom: &[Solution]) -> [f64; 4] {
     assert_eq!(every.len(), seldom.len());
     let sigmas = |solution: &Solution| {
@@ -139,8 +139,8 @@ fn a_fast_unit_has_the_same_solution_of_far_fewer_propagations() {
         println!("{rate_hz} Hz: {} and {} propagations", every.propagations, seldom.propagations);
         println!("  filtered {filtered:?}\n  smoothed {smoothed:?}");
         assert!(seldom.propagations < 150 * usize::try_from(FLIGHT_S).unwrap());
-        // Limits in m/s, m, rad, and as a share of the one-sigmas. The learned slow error of the attitude reference
-        // responds to rounding: it moves the position by 0.24 mm and the smoothed attitude by 2.1e-5 rad.
+        // Limits in m/s, m, rad, and as a fraction of the one-sigmas. The learned slow error of the attitude reference
+        // responds to rounding. It moves the position by 0.24 mm and the smoothed attitude by 2.1e-5 rad.
         let within = |found: [f64; 4], most: [f64; 4]| found.iter().zip(most).all(|(a, b)| *a < b);
         assert!(within(filtered, [2e-4, 5e-4, 1e-5, 0.005]), "{rate_hz} Hz: {filtered:?}");
         assert!(within(smoothed, [1e-3, 0.02, 3e-5, 0.005]), "{rate_hz} Hz: {smoothed:?}");

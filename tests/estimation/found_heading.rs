@@ -7,8 +7,8 @@ use hovernav_sim::GpsConfig;
 
 use crate::{blocks, unaided};
 
-/// One-sigma of the height, m, one second before the heading is found and five seconds after, with or without a
-/// barometer at 10 Hz.
+/// Standard deviation of the height, m, one second before the heading is found and five seconds after, with or without
+/// a barometer at 10 Hz.
 fn sigmas_m(with_barometer: bool) -> [f64; 2] {
     let gps = GpsConfig { rate_hz: 1.0, ..GpsConfig::default() };
     let (recording, mut estimator) =
@@ -26,7 +26,7 @@ fn sigmas_m(with_barometer: bool) -> [f64; 2] {
         }
         estimator.push(&Event::Imu(*sample), &mut notify);
         if with_barometer && index % 5 == 0 {
-            // Readings of a barometer at rest differ in their last digits.
+            // The readings of a real barometer at rest differ in their last digits.
             let height_m = truth.position.height_m + 0.01 * (index % 7) as f64;
             estimator.push(&Event::Baro(BaroReading::new(sample.time, height_m)), &mut notify);
         }

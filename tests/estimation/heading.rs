@@ -123,7 +123,8 @@ fn a_heading_that_is_a_little_off_is_suspect_or_replaced_and_mended_by_the_fixes
 
 #[test]
 fn a_heading_that_no_motion_has_proven_is_not_known() {
-    // The vehicle is carried slowly and its inertial unit turned by hand: the guesses agree on some heading.
+    // The vehicle is carried slowly and its inertial unit is turned by hand. The hypotheses of the heading search agree
+    // on some heading.
     let field = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
     let mut plan = FlightPlan::hover_at(field, 0.7);
     for _ in 0..12 {

@@ -18,8 +18,9 @@ enum Source {
     Antennas,
 }
 
-/// Largest heading error, °, from 60 s on. `source` gives heading and tilt, and is turned by half a circle or a quarter
-/// from 60 s on. Second result: time when the filter adopted the turned heading, s, if ever.
+/// Largest heading error, °, from 60 s on. `source` measures heading and tilt; from 60 s on its heading is wrong by
+/// half a turn or a quarter turn. The second result is the time when the filter adopted the wrong heading, s, if it
+/// did.
 fn worst_deg(plan: &FlightPlan, source: Source) -> (f64, Option<f64>) {
     let gps = GpsConfig { rate_hz: 5.0, ..GpsConfig::default() };
     let (recording, mut estimator) = unaided::flown_unaided::<Full, 28>(plan, &gps, 1);
@@ -74,7 +75,7 @@ fn a_sensor_that_jumps_is_refused_for_as_long_as_the_fixes_bear_the_heading_out(
     }
 }
 
-/// Without motion to confirm either heading, the filter adopts the sensor's after two minutes, and reports it.
+/// Without motion to confirm either heading, the filter adopts the sensor's heading after two minutes, and reports it.
 #[test]
 fn in_hover_a_sensor_that_jumps_is_accepted_after_two_minutes() {
     let place = hovernav::earth::Geodetic::from_degrees(49.0, 8.4, 110.0).unwrap();

@@ -12,13 +12,16 @@ use crate::unaided::flown_unaided;
 /// Time of the step, s.
 const STEP_S: f64 = 60.0;
 
-/// Cost of the step. Time of the vertical velocity outside three one-sigmas, s, in total and after the first ten
-/// seconds; largest errors of velocity, m/s, and height, m.
+/// Effect of the step on the solution.
 #[derive(Debug, Default)]
 struct Cost {
+    /// Time for which the vertical velocity is outside 3 sigma, s.
     outside_s: f64,
+    /// Part of this time after the first ten seconds, s.
     later_s: f64,
+    /// Largest error of velocity, m/s.
     velocity_mps: f64,
+    /// Largest error of height, m.
     height_m: f64,
 }
 
@@ -57,8 +60,8 @@ fn flown(step_mps2: f64, rate_hz: f64, seed: u64) -> Cost {
     cost
 }
 
-/// A filter that rejects these fixes for 15 s at a time has vertical velocity errors of up to 35 m/s until the log
-/// ends.
+/// A filter that rejects these fixes for 15 s at a time would have vertical velocity errors of up to 35 m/s until the
+/// log ends.
 #[test]
 fn it_is_learned_in_seconds_and_no_right_receiver_is_shut_out_by_it() {
     for rate_hz in [1.0, 5.0] {

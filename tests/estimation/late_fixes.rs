@@ -1,4 +1,4 @@
-//! A late fix has the same effect as one on time.
+//! A late fix has the same effect as a fix on time.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Full, Layout};
@@ -227,8 +227,8 @@ fn what_sways_shows_how_late_its_fixes_are() {
     assert!((delay_s - 0.1).abs() < 3.0 * sigma_s && sigma_s < 0.05, "{delay_s} {sigma_s}");
 }
 
-/// For a fix valid after its time, the motion comes from the later samples, not from extrapolating earlier vibrating
-/// ones.
+/// If a fix is valid after its time stamp, the motion comes from the later samples. It is not extrapolated from
+/// earlier, vibrating samples.
 #[test]
 fn what_sways_and_shakes_shows_how_early_its_fixes_are_stamped() {
     for early_s in [0.25, 0.15, 0.05, 0.0, -0.05, -0.15, -0.25] {
@@ -302,7 +302,7 @@ fn before_the_first_sample_only_a_fix_of_the_start_itself_can_be_compared() {
 #[test]
 fn fixes_that_come_late_do_not_put_the_heading_in_doubt_nor_hide_it() {
     let gps = GpsConfig { rate_hz: 2.0, ..GpsConfig::default() };
-    // The memory covers a second at 50 Hz.
+    // The history covers a second at 50 Hz.
     for (seed, late_s) in [(1, 0.35), (2, 0.35), (3, 0.35), (1, 0.9), (2, 0.97)] {
         let (recording, mut estimator) =
             unaided::flown_unaided::<Full, 28>(&blocks::around_blocks(24), &gps, seed);

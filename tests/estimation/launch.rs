@@ -60,8 +60,9 @@ struct Outcome {
     found_s: Option<f64>,
     /// Longest run of fixes with rejected horizontal velocity after the heading was found.
     refused: usize,
-    /// Shares of later samples with yaw and with horizontal velocity inside three one-sigmas.
+    /// Fraction of later samples with yaw inside 3 sigma.
     yaw_inside: f64,
+    /// Fraction of later samples with horizontal velocity inside 3 sigma.
     velocity_inside: f64,
     worst_off_m: f64,
 }

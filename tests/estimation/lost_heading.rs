@@ -15,11 +15,13 @@ const GAPS_S: [[f64; 2]; 6] =
     [[60.0, 61.6], [75.3, 76.9], [79.7, 81.3], [101.0, 102.6], [125.5, 127.1], [150.0, 155.0]];
 
 struct Drive {
-    /// Over all solutions from 40 s on: RMS error of yaw, rad, and largest errors of velocity and position.
+    /// RMS error of yaw over all solutions from 40 s on, rad.
     yaw_rad: f64,
+    /// Largest error of velocity in the same time, m/s.
     velocity_mps: f64,
+    /// Largest horizontal error of position in the same time, m.
     horizontal_m: f64,
-    /// Shares inside three one-sigmas: yaw and horizontal velocity.
+    /// Fractions of the solutions inside 3 sigma: yaw and horizontal velocity.
     inside: [f64; 2],
     found: usize,
 }
@@ -60,7 +62,7 @@ fn driven(seed: u64, fix: impl Fn(&Fix) -> Fix) -> Drive {
     Drive { yaw_rad, velocity_mps, horizontal_m, inside, found }
 }
 
-/// Bounds of a drive: least share inside three one-sigmas, and largest errors of yaw (RMS), velocity and position.
+/// Bounds of a drive: smallest fraction inside 3 sigma, and largest errors of yaw (RMS), velocity and position.
 struct Bounds {
     inside: f64,
     yaw_deg: f64,

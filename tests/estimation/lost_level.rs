@@ -1,5 +1,5 @@
-//! A gap that hides a roll of the vehicle. The filter then has a bank of the wrong sign, and is aligned again from the
-//! fixes and the measured specific force.
+//! A gap that hides a roll of the vehicle. After it, the filter has a bank angle of the wrong sign. It is aligned again
+//! from the fixes and the measured specific force.
 
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, ResetCause};
@@ -14,9 +14,11 @@ const GAP_S: f64 = 3.0;
 #[derive(Debug)]
 struct AfterGap {
     aligned_anew: usize,
-    /// Largest errors from 4 s after the gap on: direction of down in the body, rad; velocity, m/s; position, m.
+    /// Largest error of the direction of down in the body from 4 s after the gap on, rad.
     tilt_rad: f64,
+    /// Largest error of velocity in the same time, m/s.
     velocity_mps: f64,
+    /// Largest error of position in the same time, m.
     place_m: f64,
 }
 
@@ -81,7 +83,7 @@ fn a_gap_that_hides_a_roll_does_not_leave_the_vehicle_leaning_the_other_way() {
     println!(
         "aligned again {realigned} times, tilt error above 10 deg {leaning} times, position error {farthest_m:.0} m"
     );
-    // Without a second alignment: 14 and 496 m.
+    // Without a second alignment the errors are 14 m and 496 m.
     assert!(realigned >= 5, "{realigned}");
     assert!(leaning <= 2, "{leaning}");
     assert!(farthest_m < 20.0, "{farthest_m}");

@@ -1,5 +1,5 @@
-//! Magnetic heading after a gap with a tilt error. In a steep field a degree of tilt changes the heading by two, and
-//! the one-sigma must include that.
+//! Magnetic heading after a gap with a tilt error. In a steep field a degree of tilt changes the heading by two
+//! degrees, and the one-sigma must include that.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -56,7 +56,7 @@ fn after_gap(recording: &Recording, gap_start_s: f64, gap_s: f64) -> (Vec<f64>, 
     (squares, most_rad)
 }
 
-/// Gaps that the filter knows may hide any turn, and short gaps as of a memory card.
+/// Both gaps that may hide any turn, as the filter knows, and short gaps as of a memory card.
 #[test]
 fn a_heading_that_a_leaning_filter_takes_from_a_steep_field_is_as_sure_as_it_leans() {
     for gap_s in [2.5, 0.6, 0.4] {

@@ -15,10 +15,11 @@ struct Start {
     /// Angle between the attitude at alignment and the true one, about a horizontal axis, rad.
     tilt_error_rad: f64,
     reopened: usize,
-    /// Shares of the solutions from 10 s after the start inside three one-sigmas: yaw, velocity.
+    /// Fraction of the solutions from 10 s after the start with yaw inside 3 sigma.
     yaw_inside: f64,
+    /// Fraction of the same solutions with velocity inside 3 sigma.
     velocity_inside: f64,
-    /// Same for roll and pitch in the first 10 s.
+    /// Fraction of the solutions in the first 10 s with roll and pitch inside 3 sigma.
     tilt_inside: f64,
 }
 
@@ -106,10 +107,11 @@ fn judge(magnetometer: Option<MagnetometerConfig>, expected: HeadingSource) {
         worst_deg = worst_deg.max(tilt_deg);
     }
     assert!(worst_deg < 10.0, "{worst_deg}");
-    // Nine of the twenty starts reopen a position once, soon after the heading is found: four with the vertical velocity
-    // of the guesses, which lack an accelerometer bias and lose the height of a hover.
+    // In nine of the twenty starts the filter is reset to a measured position once, soon after the heading is found. In
+    // four of them the cause is the vertical velocity of the heading hypotheses. These do not estimate an accelerometer
+    // bias and lose the height of a hover.
     assert!(reopened <= 9, "{reopened}");
-    // One of the twenty starts has its tilt outside for the first second after the heading is found.
+    // In one of the twenty starts the tilt is outside for the first second after the heading is found.
     assert!(least.iter().all(|least| *least > 0.88), "{least:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Starting motors: only the fixes reveal their effect on an accelerometer's bias.
+//! Starting motors: only the fixes show their effect on an accelerometer's bias.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;

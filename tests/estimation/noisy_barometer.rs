@@ -1,5 +1,5 @@
-//! A barometer much noisier than stated. Its scatter is learned, so that height and vertical velocity stay within their
-//! one-sigmas.
+//! A barometer much noisier than stated. The filter learns its scatter, so that height and vertical velocity stay
+//! within their one-sigmas.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -19,8 +19,8 @@ fn estimator(learns: bool) -> Box<Estimator<Full, 28>> {
     Box::new(Estimator::new(config))
 }
 
-/// Errors from 30 s on: of height, m, and of the vertical velocity, m/s, each as root of the mean square and as the share
-/// within 3σ.
+/// Errors from 30 s on: of height, m, and of vertical velocity, m/s. Each is given as the root mean square and as the
+/// fraction within 3σ.
 fn errors(recording: &Recording, noise_m: f64, learns: bool, seed: u64) -> [[f64; 2]; 2] {
     let mut estimator = estimator(learns);
     let mut noise = ChaCha8Rng::seed_from_u64(seed);

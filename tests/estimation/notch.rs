@@ -74,7 +74,7 @@ fn errors(
     let (mut sums, mut count) = ([0.0; 3], 0.0);
     let interval_s = truth[1].time - truth[0].time;
     for solution in run.solutions.iter().filter(|solution| solution.time.seconds() > START_S) {
-        // The notch dates the samples back: the truth is interpolated between two of its points.
+        // The notch moves the time stamps of the samples back: the truth is interpolated between two of its samples.
         let place = solution.time.seconds() / interval_s;
         let (before, share) = (place.floor() as usize, place.fract());
         let Some([a, b]) = truth.get(before..before + 2) else { continue };
@@ -115,7 +115,7 @@ fn a_notch_helps_a_shaken_unit_and_does_a_still_one_no_harm() {
         table.push(sums);
     }
     let [still, _, shaken] = [table[0], table[1], table[2]];
-    // The dating is right: without vibration the notch costs nothing.
+    // The time stamps are right: without vibration the notch has no cost.
     assert!(still[1][0] < 1.05 * still[0][0] && still[1][2] < 1.05 * still[0][2], "{still:?}");
     assert!(shaken[1][0] < shaken[0][0], "{shaken:?}");
     // Without a notch the filter treats the tones as noise, and is less accurate than possible.

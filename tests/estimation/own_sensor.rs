@@ -150,10 +150,10 @@ fn sensitivities_of_late_and_early_readings_are_those_of_moved_filters() {
                 for (state, derivative) in sensitivity.terms() {
                     change += moved.as_flattened().get(state).map_or(0.0, |by| derivative * by);
                 }
-                // The expected value grows where the innovation falls.
+                // The expected value increases where the innovation decreases.
                 let found = low - high;
                 let scale = moved.as_flattened().iter().fold(0.0f64, |most, by| most.max(by.abs()));
-                // Neglected as for fixes: a bias turns the specific force since the reading.
+                // The sensitivity neglects, as for fixes, that a bias turns the specific force since the reading.
                 let age_s = 1.0 - seconds;
                 let turned = if component < 9 { 0.0 } else { 13.0 * age_s * age_s * size };
                 assert!(
@@ -289,7 +289,7 @@ fn readings_wait_for_alignment_and_heading() {
     assert_eq!(estimator.update(&reading, time), Err(Unusable::HeadingUnknown));
 }
 
-/// A sensor of a user who makes every number from noise.
+/// A sensor of a user that computes every number from noise.
 #[test]
 fn wild_but_possible_rows_leave_a_valid_filter() {
     use rand_chacha::ChaCha8Rng;

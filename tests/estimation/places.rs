@@ -23,8 +23,8 @@ fn from_fixes_m(dir: &Path) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-/// These datasets lack a position reference. Rejecting positions inconsistent with their own velocity leaves the
-/// first 30 m and the second 20 m from good fixes.
+/// These datasets lack a position reference. A filter that rejects positions inconsistent with their own velocity ends
+/// 30 m from good fixes in the first dataset and 20 m in the second.
 #[test]
 fn a_solution_stays_by_good_fixes() {
     for (name, most_m) in

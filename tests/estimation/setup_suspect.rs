@@ -1,4 +1,4 @@
-//! Sensors of a wrong unit, sign or axis: the estimator names the mistake, and reports none of right ones.
+//! Sensors with a wrong unit, sign or axis: the estimator names the mistake. For correct sensors it reports none.
 
 use hovernav::earth::{Geodetic, STANDARD_GRAVITY_MPS2};
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice};

@@ -91,7 +91,8 @@ fn single_precision_is_as_accurate_as_double_on_every_known_flight() {
         let double = solutions::<f64>(&dataset, &config);
         let single = solutions::<f32>(&dataset, &config);
         assert_eq!(double.len(), single.len(), "{name}");
-        // From the time when both have the heading: before it is found at rest, either may have any heading.
+        // The evaluation starts when both solutions have the heading. Before it is found at rest, either solution may
+        // have any heading.
         let first = dataset.imu[0].time;
         let starts = [&double, &single]
             .map(|solutions| score(solutions, &reference, first).heading_known.unwrap_or(first));

@@ -1,5 +1,5 @@
-//! A receiver that states its velocity as too accurate. The filter detects it, rejects almost nothing, and never resets
-//! itself.
+//! A receiver that states its velocity as too accurate. The filter detects this, rejects almost nothing, and is never
+//! reset.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::Full;
@@ -110,8 +110,8 @@ fn velocities_that_are_stated_ten_times_too_good_are_found_out() {
     }
 }
 
-/// A receiver that starts 15 m off and converges, and does so again after an outage, 12 m off. Its stated one-sigma is
-/// right throughout.
+/// A receiver that starts with an error of 15 m and converges. After an outage it starts with an error of 12 m and
+/// converges again. Its stated one-sigma is right throughout.
 #[test]
 fn a_receiver_that_converges_takes_its_error_back_with_it() {
     for seed in 1..=6 {

@@ -1,4 +1,4 @@
-//! Sensor faults that can make a filter diverge: the estimator comes through each flight of a campaign.
+//! Sensor faults that can make a filter diverge: the estimator does not diverge in any flight of a campaign.
 
 use std::path::Path;
 use std::sync::LazyLock;
@@ -35,7 +35,7 @@ fn outcomes(flights: &[Clean], faults: &str) -> Vec<Outcome> {
     with_and_without(flights, faults).0
 }
 
-/// Same, together with the outcomes of the flights without faults.
+/// The outcomes with the faults, together with the outcomes of the flights without faults.
 fn with_and_without(flights: &[Clean], faults: &str) -> (Vec<Outcome>, Vec<Outcome>) {
     let cell = [faults.split(' ').map(|fault| fault.parse().unwrap()).collect()];
     let outcomes = flights.iter().flat_map(|clean| clean.outcomes(&cell, SEEDS, || {}).unwrap());
@@ -98,8 +98,8 @@ fn a_shock_at_full_scale_moves_the_velocity_by_a_metre_a_second_or_two() {
         (&SIMULATED, "clip-burst=3@:3", 2.0),
     ] {
         let outcomes = outcomes(flight, fault);
-        // If the readings were accepted: up to 2.6 m/s, 1.6 in the median. If a shock of 3 s held the force only during
-        // unusual vibration: up to 5 m/s, 3.7 in the median.
+        // For comparison: if the readings were accepted, the error would be up to 2.6 m/s, 1.6 m/s in the median. If a
+        // shock of 3 s held the force only during unusual vibration: up to 5 m/s, 3.7 m/s in the median.
         let pulled_mps = |outcome: &Outcome| outcome.measures.pulled_mps;
         assert!(worst(&outcomes, pulled_mps) < most_mps);
         let mut pulled: Vec<f64> = outcomes.iter().map(pulled_mps).collect();
@@ -151,7 +151,8 @@ fn a_log_in_which_no_fix_has_a_height_is_navigated_level_as_well_as_one_with_hei
 fn a_magnet_nearby_is_known_by_the_field_and_turns_the_heading_no_further_than_its_sigma_says() {
     for (flight, most_deg) in [(&HELI_HOVER, 6.0), (&SIMULATED, 6.0)] {
         let (outcomes, clean) = with_and_without(flight, "mag-vector=0.2");
-        // If readings within the gate corrected heading and gyro biases: errors of up to 14 and 31°.
+        // For comparison: if readings within the gate corrected heading and gyro biases, the errors would be up to 14
+        // and 31°.
         assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < most_deg);
         // In simulated flight 1 the inertial unit's own heading error exceeds the assumed one: 9 % are outside without
         // the magnet.
@@ -172,8 +173,8 @@ fn an_antenna_a_metre_from_where_its_lever_arm_says_is_found_in_turns() {
     assert!(worst(&outcomes, outside) < 0.03);
 }
 
-/// The Phantom's samples freeze during a turn at 280 °/s. A state carried past the vertical would return upside down
-/// and stay so.
+/// The Phantom's samples freeze during a turn at 280 °/s. A state that is extrapolated past the vertical would return
+/// upside down and stay so.
 #[test]
 fn a_unit_that_sticks_as_the_vehicle_swings_round_leaves_it_the_right_way_up() {
     let Some(flight) = dataset("quad-p4rtk-vibration") else { return };
@@ -201,8 +202,8 @@ fn a_field_that_turns_faster_than_gyros_drift_turns_no_heading() {
     assert!(worst(&outcomes, |outcome| 1.0 - outcome.measures.inside[5]) < 0.05);
 }
 
-/// Positions alone, and a filter diverged by a large bias. Resets to single positions give no velocity: it would keep
-/// errors of up to 228 m/s.
+/// Only positions are available, and a large bias has made the filter diverge. Resets to single positions give no
+/// velocity: the filter would keep errors of up to 228 m/s.
 #[test]
 fn places_without_velocity_bring_back_a_filter_that_is_lost_in_velocity() {
     let outcomes = outcomes(&HELI_HOVER, "no-velocity accel-bias=3");

@@ -18,8 +18,8 @@ fn plan(sway: bool) -> FlightPlan {
     plan.accelerate(Vector::new(7.0, 0.0, 0.0), 4.0).hold(6.0)
 }
 
-/// Normalised RMS errors of horizontal velocity and position before the heading is found, and the share of both inside
-/// three one-sigmas.
+/// Normalised RMS errors of horizontal velocity and position before the heading is found, and the fraction of both
+/// inside 3 sigma.
 fn normalised(sway: bool, rate_hz: f64, seed: u64) -> ([f64; 2], f64) {
     let gps = GpsConfig {
         rate_hz,
@@ -74,7 +74,7 @@ fn position_and_velocity_are_no_surer_than_the_receiver_and_the_headings_allow()
     }
 }
 
-/// Fixes end after 40 s of a hover; the barometer continues. There is no heading, and height needs none.
+/// Fixes end after 40 s of a hover; the barometer continues. The heading is unknown, and the height does not need it.
 #[test]
 fn a_barometer_holds_the_height_while_the_heading_is_unknown() {
     let (recording, mut estimator) =

@@ -1,4 +1,5 @@
-//! A car without fixes is held to its road, released when it leaves the road, and its one-sigmas are right.
+//! A car without fixes. The wheel constraint holds it to its road and releases it when it leaves the road, and its
+//! one-sigmas are right.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,6 +14,7 @@ use crate::unaided::driven_unaided;
 
 /// Time of the last fix, s.
 const LOST_S: f64 = 240.0;
+/// Length of the outage, s.
 const OUTAGE_S: f64 = 30.0;
 
 /// A leg of a vehicle without bank and climb.
@@ -53,14 +55,17 @@ fn drive(seconds: f64) -> FlightPlan {
 }
 
 struct Outcome {
-    /// Times at which the vehicle was found to be on wheels, and no longer, s.
+    /// Time at which the filter found that the vehicle is on wheels, s.
     on_s: Option<f64>,
+    /// Time at which the filter found that it is no longer on wheels, s.
     off_s: Option<f64>,
-    /// Horizontal error at the end of the outage, m, and its one-sigma.
+    /// Horizontal error at the end of the outage, m.
     drift_m: f64,
+    /// Horizontal one-sigma at the end of the outage, m.
     sigma_m: f64,
-    /// Error of the velocity downwards at the end of the outage, m/s, and its one-sigma.
+    /// Error of the velocity downwards at the end of the outage, m/s.
     down_mps: f64,
+    /// One-sigma of the velocity downwards at the end of the outage, m/s.
     down_sigma_mps: f64,
     /// Number of wheel constraints applied.
     held: usize,

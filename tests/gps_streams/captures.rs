@@ -1,8 +1,8 @@
 //! Real receivers' streams, compared with the decoding of other programs.
 //!
 //! `gpsd` publishes captures with its own decoding (`.chk`, JSON). The Lassen iQ captures have been decoded a third
-//! time, packet by packet (`.decoded.jsonl`). Where gpsd is known to be wrong the bytes decide, and the table below
-//! gives the reason.
+//! time, packet by packet (`.decoded.jsonl`). Where gpsd is known to be wrong, the expected values come from the bytes,
+//! and the table below gives the reason.
 
 use std::fs;
 use std::path::Path;
@@ -19,9 +19,10 @@ const DAY_NS: i64 = 86_400_000_000_000;
 struct Capture {
     name: &'static str,
     protocol: Protocol,
-    /// Number of fixes in it.
+    /// Number of fixes in the capture.
     fixes: usize,
-    /// Number of these that gpsd prints. It reports an epoch once the next has begun, and so skips some at the ends.
+    /// Number of these fixes that gpsd prints. gpsd reports an epoch once the next epoch has begun, and therefore skips
+    /// some at the ends.
     confirmed: usize,
     /// Positions that gpsd prints but that are not fixes by the rules here, with the reason.
     beyond: (usize, &'static str),
@@ -164,7 +165,8 @@ fn time_of_day_ns(time: ReceiverTime) -> i64 {
     }
 }
 
-/// Whether the two are one epoch at one position, to the 2e-7° of gpsd's constant for semicircles and of its digits.
+/// Whether the fix and the report are of one epoch at one position. Positions may differ by 2e-7°, because of gpsd's
+/// constant for semicircles and its number of digits.
 fn agree(capture: &Capture, fix: &ReceiverFix, reported: &Reported) -> bool {
     let near = |a: f64, b: f64| (a - b).abs() <= 2e-7;
     let same_time = capture.time == Agreement::Nothing
@@ -176,8 +178,8 @@ fn agree(capture: &Capture, fix: &ReceiverFix, reported: &Reported) -> bool {
         && near(fix.longitude_rad.to_degrees(), reported.longitude_deg)
 }
 
-/// The least difference between a value of ours and any of gpsd's for the epoch. It prints an epoch after each
-/// message, and fills in missing values from the previous fix.
+/// The smallest difference between a value of this project and any of gpsd's values for the epoch. gpsd prints an epoch
+/// after each message, and fills in missing values from the previous fix.
 fn least_difference<'a>(
     ours: Option<f64>,
     reported: impl Iterator<Item = &'a Value>,
@@ -237,8 +239,8 @@ fn every_capture_gives_the_fixes_that_gpsd_reports() {
                     compare(east, "velE", 6e-4);
                     compare(fix.down_velocity_mps, "velD", 6e-4);
                 }
-                // gpsd prints 0.000 for all velocities here, but six of the packets contain others: these are
-                // compared packet by packet below.
+                // gpsd prints 0.000 for all velocities here, but six of the packets contain other values. These packets
+                // are compared one by one below.
                 Protocol::Tsip => {}
             }
             if capture.time == Agreement::DateAndTime {
@@ -322,7 +324,8 @@ fn the_lassen_iq_packets_are_those_decoded_apart_from_this_project() {
             if let Some(packet) = framer.next(&mut bytes, arrival) {
                 let report = Report::read(packet.id, packet.payload).unwrap();
                 let described = describe(&report, packet.arrival.nanoseconds()).to_string();
-                // Through text, like the expected values: serde_json reads some of their digits one bit off.
+                // The values are converted through text, like the expected values: serde_json reads some of their
+                // digits with an error of one bit.
                 found.push(serde_json::from_str::<Value>(&described).unwrap());
             }
         }

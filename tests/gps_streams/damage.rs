@@ -14,7 +14,7 @@ use hovernav_fly::devices::encode::Epoch;
 
 const EPOCHS: u32 = 5;
 const BUT_THE_LAST: Range<usize> = 0..EPOCHS as usize - 1;
-/// Number of epochs for tests with every value of every byte: the epochs differ in few bytes.
+/// The epochs for tests with every value of every byte, only one because the epochs differ in few bytes.
 const THE_SECOND: Range<usize> = 1..2;
 
 /// A protocol with the messages of one epoch.
@@ -100,7 +100,7 @@ fn at_every_byte(
     }
 }
 
-/// The fixes of epochs that follow two or more after the damaged one.
+/// The fixes of epochs from the second one after the damaged epoch on.
 fn undisturbed(fixes: &[ReceiverFix], damaged: usize) -> Vec<ReceiverFix> {
     let later = |fix: &&ReceiverFix| fix.arrival >= Time::ZERO + (damaged + 2) as f64;
     fixes.iter().filter(later).copied().collect()
@@ -229,7 +229,7 @@ fn started_in_the_middle_of_an_epoch_a_decoder_gives_the_next_ones() {
 
 #[test]
 fn bursts_of_noise_give_no_false_fix_and_cost_two_epochs_at_most() {
-    // A linear congruential generator: the same noise every time.
+    // A linear congruential generator gives the same noise in every run.
     let mut state = 1u64;
     let mut random = move || {
         state =

@@ -155,10 +155,10 @@ fn gsa_gives_the_dimension_and_gst_the_sigmas() {
 fn gsa_with_other_than_twelve_satellites_gives_no_dilution() {
     let twelve = "01,02,03,,,,,,,,,";
     for (satellites, system) in [
-        // Each lacks one field, so that the system is in the field of the vertical dilution.
+        // Each of these lacks one field, so that the system is in the field of the vertical dilution.
         ("01,02,03,,,,,,,,", ",1"),
         ("01,02,03,04,05,06,07,08,09,10,11", ",2"),
-        // Each has additional fields, so that satellites are in the fields of the dilutions.
+        // Each of these has additional fields, so that satellites are in the fields of the dilutions.
         ("01,02,03,04,05,06,07,08,09,10,11,12,13", ""),
         ("01,02,03,04,05,06,07,08,09,10,11,12,13,,,,,,,,,,,", ""),
         ("01,02,03,04,05,06,07,08,09,10,11,12,13,14,15,,,,,,,,,", ""),
@@ -244,7 +244,7 @@ fn from_the_third_epoch_on_a_fix_is_out_with_its_last_sentence() {
                 fix_at = Some(position);
             }
         }
-        // The last byte of the checksum; its line end is not needed.
+        // The last byte of the checksum completes the sentence; its line end is not needed.
         assert_eq!(fix_at, (index >= 2).then_some(wire.len() - 3), "epoch {index}");
     }
 }

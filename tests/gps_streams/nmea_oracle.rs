@@ -1,4 +1,4 @@
-//! NMEA sentences read by this project's reader and by the `nmea` crate, compared value by value.
+//! NMEA sentences read by this project's reader and by the `nmea` crate (the oracle), compared value by value.
 //!
 //! Where the two differ, a row of [`reasons::REASONS`] has the rule of NMEA 0183. A difference without a row is a
 //! failure.
@@ -46,7 +46,7 @@ fn rounding(quantity: Quantity, values: &Values) -> f64 {
             let speed_mps = values.get(&Quantity::SpeedMps).map_or(0.0, |speed| speed.abs());
             speed_mps * (SINGLE + (1.0 / f64::from(1 << 16)).to_radians()) + 1e-12
         }
-        // Ours is the difference of two heights of up to 100 km.
+        // This project's value is the difference of two heights of up to 100 km.
         Quantity::GeoidSeparationM => value * SINGLE + 1e-10,
         _ => value * SINGLE * (1.0 + 1e-9) + 1e-12,
     }

@@ -20,7 +20,7 @@ fn epochs() -> impl Strategy<Value = Epoch> {
     )
         .prop_map(|((time, latitude_deg, longitude_deg, height_m), (n, e, d, satellites))| {
             Epoch {
-                // From midnight of the day of the UBX and NMEA encoders.
+                // The time counts from midnight of the day of the UBX and NMEA encoders.
                 time_of_week_ms: (432_018 + time % 86_000) * 1_000,
                 latitude_deg,
                 longitude_deg,
@@ -50,7 +50,7 @@ fn near(found: f64, expected: f64, limit: f64) -> bool {
     (found - expected).abs() <= limit
 }
 
-/// Whether position and velocity are equal to the steps in which they are sent.
+/// Whether position and velocity are equal to within the resolution with which they are sent.
 fn came_back(fix: &ReceiverFix, epoch: &Epoch, degrees: f64, metres: f64, mps: f64) -> bool {
     let [north, east, down] = epoch.velocity_ned_mps.unwrap();
     let velocity = fix.horizontal_velocity_mps;
@@ -112,7 +112,7 @@ proptest! {
     fn nmea_fixes_come_back(epoch in epochs(), cut: usize) {
         let fixes = read(Protocol::Nmea, &encode::nmea_epoch(&epoch), cut);
         prop_assert_eq!(fixes.len(), 1);
-        // The course has two digits.
+        // The course is sent with two digits.
         prop_assert!(came_back(&fixes[0], &epoch, 1e-8, 6e-3, 7e-3), "{:?}", fixes[0]);
         prop_assert_eq!(fixes[0].down_velocity_mps, None);
         let unix_s = (20_532 - 5) * 86_400 + i64::from(epoch.time_of_week_ms / 1_000) - 18;
@@ -245,7 +245,7 @@ proptest! {
             let mut framer = Framer::default();
             let packet = framer.next(&mut wire.as_slice(), Time::ZERO).unwrap();
             prop_assert_eq!(Report::read(packet.id, packet.payload), Ok(expected));
-            // One byte more or less is not a report.
+            // A payload with one byte more or less is not a report.
             prop_assert!(Report::read(id, &payload[1..]).is_err());
         }
     }

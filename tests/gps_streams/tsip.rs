@@ -259,7 +259,7 @@ fn geometry_from_long_ago_says_nothing_of_a_fix() {
     decoder.read(&mut satellites.as_slice(), Time::ZERO);
     let mut at = |seconds: f64, index: u32| {
         let wire = encode::tsip_epoch(&Epoch::flying(index));
-        // Without its own 0x6D.
+        // The satellites of an epoch without its own 0x6D.
         let mut rest = &wire[..90];
         decoder.read(&mut rest, Time::ZERO + seconds).map(|fix| fix.satellites)
     };

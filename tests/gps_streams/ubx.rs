@@ -184,7 +184,7 @@ fn where_nav_pvt_comes_too_it_is_the_fix_and_the_only_one() {
 fn a_message_that_starts_inside_a_damaged_one_is_found_with_its_own_arrival() {
     let whole = encode::ubx_pvt(&Epoch::flying(0));
     let mut decoder = Decoder::default();
-    // The first is cut off after 50 bytes.
+    // The first message is cut off after 50 bytes.
     assert_eq!(decoder.read(&mut &whole[..50], Time::ZERO), None);
     assert_eq!(decoder.read(&mut &whole[..60], Time::ZERO + 1.0), None);
     let fix = decoder.read(&mut &whole[60..], Time::ZERO + 2.0).unwrap();
@@ -206,7 +206,7 @@ fn a_receiver_is_set_message_by_message_each_awaiting_its_acknowledgement() {
     while let Some(asked) = message {
         let bytes = asked.as_bytes();
         sent.push(bytes.to_vec());
-        // Without an answer it is repeated, but not too early.
+        // Without an answer the request is repeated, but not too early.
         assert_eq!(configuration.poll(&mut decoder, now + 0.9), None);
         assert_eq!(configuration.poll(&mut decoder, now + 1.0), Some(asked));
         // The answer to another message is ignored.

@@ -27,7 +27,7 @@ use hovernav_sysid::methods::prediction_error::Identified;
 const PAIRS: [(&str, &str); 4] =
     [("lateral", "p"), ("longitudinal", "q"), ("collective", "w"), ("pedal", "r")];
 
-/// Calm, 3 m/s with gusts of 1.0 and 1.5 m/s, 5 m/s with 1.25, in rotation.
+/// Wind in rotation: calm, 3 m/s with gusts of 1.0 m/s, 3 m/s with 1.5 m/s, 5 m/s with 1.25 m/s.
 fn wind_of(seed: u64) -> WindConfig {
     match seed % 4 {
         0 => WindConfig::calm(),
@@ -46,7 +46,7 @@ fn identified(seed: u64) -> (Identification, StateSpace) {
     identified_airframe(HelicopterParameters::raptor60(), &shipped::raptor60(), seed)
 }
 
-/// The same for another `helicopter`, held by an autopilot designed for its own `model`.
+/// The same test points and identification for another `helicopter`, held by an autopilot designed for its own `model`.
 fn identified_airframe(
     helicopter: HelicopterParameters,
     model: &StateSpace,
@@ -109,9 +109,11 @@ fn truth(seed: u64) -> StateSpace {
     StateSpace::new("helicopter", TimeDomain::Continuous, states, inputs, a, b).unwrap()
 }
 
-/// Corner frequencies of the servos, Hz, and the delay of their commands, samples.
+/// Corner frequency of the servos except that of the tail, Hz.
 const SERVO_HZ: f64 = 8.0;
+/// Corner frequency of the tail servo, Hz.
 const TAIL_SERVO_HZ: f64 = 12.0;
+/// Delay of the commands to the servos, s: one sample.
 const WAIT_S: f64 = 1.0 / 33.0;
 
 fn servo_hz(stick: &str) -> f64 {
@@ -129,7 +131,8 @@ fn lateness(found: &Identified, stick: &str) -> (f64, f64) {
     (delay.value + lag.value - WAIT_S - 1.0 / (TAU * servo_hz(stick)), variance.sqrt())
 }
 
-/// The cost J of the model's response against the true one with servo and one sample of delay, from 0.5 to 12 rad/s.
+/// The cost J of the model's response from 0.5 to 12 rad/s, compared with the true response, which includes servo and
+/// one sample of delay.
 fn cost(
     found: &Identification,
     vehicle: &StateSpace,
@@ -264,8 +267,8 @@ fn margins_on_the_vehicle_are_those_promised_in_wind_of_5_mps() {
     assert_margins_hold(&outcome(1503));
 }
 
-/// Without the bar the rotor of this flight is identified as too slow, with its spring 7 bounds off. Pitch then has a
-/// cost of 104.
+/// A model without the bar would give this flight a rotor that is too slow, with its spring wrong by 7 bounds. Pitch
+/// would then have a cost of 104.
 #[test]
 fn a_stabiliser_bar_shows_through_wind_and_gusts() {
     let (found, vehicle) = identified(407);
@@ -278,8 +281,8 @@ fn a_stabiliser_bar_shows_through_wind_and_gusts() {
     assert_abs_diff_eq!(spring.value, true_spring, epsilon = 3.0 * spring.bound);
 }
 
-/// On only a part of this flight the search without a bar ends with a delay error of one sample. There a model with a
-/// bar is far more likely.
+/// On only a part of this flight, the search without a bar ends with a delay error of one sample. A model with a bar is
+/// then far more likely.
 #[test]
 fn a_helicopter_without_a_stabiliser_bar_is_not_given_one() {
     let mut bare = HelicopterParameters::raptor60();
@@ -301,8 +304,8 @@ fn a_helicopter_without_a_stabiliser_bar_is_not_given_one() {
     }
 }
 
-/// With an unlimited error of the vertical velocity, the collective of this flight is too weak by 4.2 of its bounds.
-/// Heave then has a cost of 196.
+/// If the error of the vertical velocity were unlimited, the collective of this flight would be too weak by 4.2 of its
+/// bounds. Heave would then have a cost of 196.
 #[test]
 fn gusts_are_not_taken_for_errors_of_the_vertical_velocity() {
     let (found, vehicle) = identified(505);
@@ -314,7 +317,7 @@ fn gusts_are_not_taken_for_errors_of_the_vertical_velocity() {
     let reasons = &vehicle.verdict().unwrap().reasons;
     println!("heave {heave:.0}, Zcol {} ± {}, {true_strength}", strength.value, strength.bound);
     assert_abs_diff_eq!(strength.value, true_strength, epsilon = 2.0 * strength.bound);
-    // Costs 75: the flight's own gusts make Zcol 20 % too weak, which is one of its bounds.
+    // The cost is 75: the flight's own gusts make Zcol 20 % too weak, which is one of its bounds.
     assert!(heave < 80.0, "{heave}");
     assert!(reasons.iter().any(|own| own.contains(&format!("{stick} to {output}"))), "{reasons:?}");
 }
@@ -329,7 +332,7 @@ fn gusts_do_not_make_the_collective_late() {
     assert!(off_s.abs() < 3.0 * bound_s && bound_s < 0.015);
 }
 
-/// Error of each identified entry of A and B, in its own one-sigmas.
+/// Error of each identified entry of A and B, divided by its one-sigma.
 fn normalised_errors(vehicle: &StateSpace, truth: &StateSpace) -> Vec<(String, f64)> {
     let covariance = vehicle.covariance().unwrap();
     let place_of = |name: &str| vehicle.parameters().iter().position(|own| own.name == name);
@@ -399,7 +402,7 @@ fn delays_and_lags_keep_within_their_bounds() {
     }
 }
 
-/// The same for the collective in a record without the injected signal, as for a pilot's inputs.
+/// The same check of the collective in a record without the injected signal, as with a pilot's inputs.
 #[test]
 #[ignore = "minutes: sixteen flights and identifications"]
 fn the_collectives_own_steps_tell_its_delay_where_nothing_was_injected() {
@@ -420,7 +423,7 @@ fn the_collectives_own_steps_tell_its_delay_where_nothing_was_injected() {
     assert!(rms < 1.5 && mean_ms.abs() < 10.0 && late.iter().all(|late| late.1.abs() < 4.0));
 }
 
-/// Sticks recorded 80 ms late seem to be answered before they move.
+/// If the sticks are recorded 80 ms late, the vehicle seems to respond before they move.
 #[test]
 fn late_sticks_and_a_collective_the_wrong_way_round_are_named() {
     let (mut dataset, solutions) =
@@ -442,7 +445,7 @@ fn late_sticks_and_a_collective_the_wrong_way_round_are_named() {
     dataset.controls.iter_mut().for_each(|(time, _)| *time = time.offset_by(0.08));
     let late = verdict(&dataset);
     assert!(names(&late, "the sticks are recorded late"));
-    // The cause comes before its consequences.
+    // The cause is listed before its consequences.
     assert!(late.reasons[0].starts_with("the sticks are recorded late"));
 }
 

@@ -1,5 +1,6 @@
-//! Four recorded plants of the DaISy collection, identified on the first half and evaluated on the second. The
-//! evaluation is a free run over the complete half, with the start state fitted and the first half's means removed.
+//! Four recorded plants of the DaISy collection, identified on the first half of the record and evaluated on the second
+//! half. The evaluation is a free run over the complete half, with the start state fitted and the first half's means
+//! removed.
 //!
 //! `cargo test --test identification daisy:: -- --nocapture` prints the table.
 
@@ -13,7 +14,7 @@ use hovernav_sysid::record::Experiment;
 
 use crate::data::recorded;
 
-/// Both halves about the trim of the first.
+/// Both halves of the record, relative to the trim of the first half.
 fn halves(record: &Experiment) -> (Experiment, Experiment) {
     let (first, second) = record.halves().unwrap();
     let trim = first.means();
@@ -52,7 +53,7 @@ fn table_row(name: &str, inputs: usize, order: usize) -> Option<Row> {
     Some(row)
 }
 
-/// At least `least` on each half, to the last printed digit of the comparison.
+/// Whether the fits are at least `least` on each half, to the last printed digit of the comparison.
 fn reaches(fits: &[Vec<f64>; 2], least: [&[f64]; 2], digit: f64) {
     for (fits, least) in fits.iter().zip(least) {
         for (fit, least) in fits.iter().zip(least) {

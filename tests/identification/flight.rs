@@ -88,7 +88,8 @@ fn three_repetitions_on_each_stick_are_found_and_slow_flight_is_distinguished() 
         let own: Vec<_> = points.iter().filter(|point| point.stick == Some(stick)).collect();
         assert_eq!(own.len(), 3, "{name}");
         for point in own {
-            // A doublet: on, over and off, each held 1.5 s.
+            // A doublet: deflection to one side, to the other side, and return to zero; each deflection is held for 1.5
+            // s.
             assert_abs_diff_eq!(point.last_step - point.first_step, 3.0, epsilon = 0.1);
         }
     }
@@ -219,13 +220,13 @@ fn what_was_not_recorded_is_skipped_and_reported() {
     }
     score(&found, &["Nr", "Nped"]);
 
-    // Times without a record are not at rest: the warnings of the sticks must not name the same part again.
+    // Times without a record do not count as rest: the warnings about the sticks must not report the same times again.
     dataset.controls.retain(|(time, _)| after_s(*time) < 160.0);
     let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
     let warnings = flight_warnings(&flight, Kind::Yaw);
     assert!(!warnings.iter().any(|own| own.contains("does not move")), "{warnings:?}");
 
-    // Sticks on another clock do not overlap the flight: they must not be reported as never moving.
+    // Sticks on another clock do not overlap the flight. They must not be reported as sticks that never move.
     dataset.controls.iter_mut().for_each(|(time, _)| *time = time.offset_by(1000.0));
     let told =
         identify(&dataset, &solutions, Kind::Yaw, Velocity::Estimated).map(drop).unwrap_err();

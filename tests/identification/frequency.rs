@@ -16,7 +16,7 @@ use rand_distr::{Distribution, StandardNormal};
 const PERIOD_S: f64 = 0.02;
 const BAND: Band = Band { first_hz: 0.1, last_hz: 5.0, points: 60 };
 
-/// Roll and yaw rate of a small helicopter, coupled: a one-step map at 50 Hz.
+/// Coupled roll and yaw rate of a small helicopter, as a discrete model at 50 Hz.
 fn plant() -> LinearModel {
     LinearModel {
         a: dmatrix![0.90, 0.02; -0.01, 0.95],
@@ -74,8 +74,8 @@ fn flights(noise: f64) -> Vec<Experiment> {
     vec![flight(0, noise, 1), flight(1, noise, 2)]
 }
 
-/// Number of coherent points of the plant's responses within three times their random error, and number of all
-/// points.
+/// Number of coherent points of the plant's responses whose error is less than three times their random error, and
+/// number of all coherent points.
 fn within_random_error(found: &FrequencyResponse) -> (usize, usize) {
     let (mut inside, mut all) = (0, 0);
     for (point, &frequency_hz) in found.frequencies_hz.iter().enumerate() {
@@ -221,7 +221,7 @@ fn rates_at(theta: &[f64], omega: f64) -> Option<DMatrix<Complex<f64>>> {
     Some(dmatrix![response(roll_damping, lateral), zero; zero, response(yaw_damping, pedal)])
 }
 
-/// Pole and gain over one period of x' = rate x + gain u.
+/// Discrete pole and gain over one period of x' = rate x + gain u.
 fn held(rate: f64, gain: f64) -> (f64, f64) {
     let pole = (rate * PERIOD_S).exp();
     (pole, gain * (pole - 1.0) / rate)

@@ -53,7 +53,7 @@ fn plain_heave() -> Structure {
     .unwrap()
 }
 
-/// A heave with process noise, driven by a square wave; `delay` whole samples late.
+/// Heave with process noise, driven by a square wave that acts `delay` whole samples late.
 fn heave(seed: u64, samples: usize, delay: usize) -> Experiment {
     let (zw, zcol, period_s) = (-0.8_f64, -12.0, 0.03);
     let transition = (zw * period_s).exp();
@@ -88,14 +88,15 @@ fn errors_over_many_flights_are_as_large_as_their_bounds() {
         let covariance = found.estimates.covariance.fixed_view::<2, 2>(0, 0).into_owned();
         normalised += error.dot(&(covariance.try_inverse().unwrap() * error)) / flights as f64;
     }
-    // The mean of 200 χ² of two degrees of freedom: 2 ± 3·√(4/200), with a margin for finite records.
+    // The expected value is the mean of 200 χ² of two degrees of freedom: 2 ± 3·√(4/200), with a margin for finite
+    // records.
     println!("normalised squared error {normalised:.3}, expected 2");
     assert!((1.6..2.5).contains(&normalised), "{normalised}");
 }
 
 #[test]
 fn bounds_that_know_the_residuals_are_colored_hold_where_white_ones_do_not() {
-    // Process noise missing in the model: the residuals of output error are far from white.
+    // The model lacks the process noise: the residuals of output error are far from white.
     let structure = plain_heave();
     let mut settings = Settings::output_error();
     settings.residual_correlation_s = 3.0;
@@ -111,7 +112,7 @@ fn bounds_that_know_the_residuals_are_colored_hold_where_white_ones_do_not() {
     assert!(colored < 2.0);
 }
 
-/// Components of the price of a stabiliser bar.
+/// The inflation and Akaike's criterion are components of the penalty for a stabiliser bar.
 #[test]
 fn a_likelihood_of_colored_residuals_is_overstated_as_often_as_the_inflation_reports() {
     let structure = plain_heave();
@@ -123,7 +124,7 @@ fn a_likelihood_of_colored_residuals_is_overstated_as_often_as_the_inflation_rep
         let flight = [heave(seed, 800, 0)];
         let free = identify(&structure, &flight, &settings).unwrap();
         let held = identify(&known, &flight, &settings).unwrap();
-        // Akaike's criterion has a price of 2 for the free parameter.
+        // Akaike's criterion has a penalty of 2 for the free parameter.
         rise += (held.aic + 2.0 - free.aic) / 100.0;
         told += free.estimates.inflation(&["Zcol"]).unwrap() / 100.0;
     }
@@ -159,7 +160,7 @@ fn several_flights_share_parameters_and_keep_their_own_trim() {
     let structure = plain_heave();
     let mut second = heave(2, 800, 0);
     second.name = "other trim".into();
-    // A stick trimmed differently is another constant force.
+    // A different trim of the stick is a different constant force.
     second.inputs.add_scalar_mut(0.2);
     let flights = [heave(1, 800, 0), second];
     let found = identify(&structure, &flights, &Settings::innovations(vec![0.3])).unwrap();
@@ -212,6 +213,6 @@ fn no_fit_prints_without_the_bounds_behind_it() {
     assert!(text.contains("bound %") && text.contains("Zcol"));
     let (channels, estimates) = fit.channels();
     assert!(estimates.get("Zw").unwrap().bound > 0.0);
-    // A true model reaches the floor that gusts and sensors leave unexplained.
+    // A true model reaches the noise floor, which gusts and sensors leave unexplained.
     assert_abs_diff_eq!(channels[0].percent, channels[0].floor_percent, epsilon = 8.0);
 }

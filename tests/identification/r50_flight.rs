@@ -9,9 +9,9 @@ use rand_chacha::rand_core::SeedableRng as _;
 use rand_distr::{Distribution as _, StandardNormal};
 
 pub const PERIOD_S: f64 = 0.01;
-/// In the order of the structure's outputs: m/s, m/s, m/s, rad/s …
+/// Standard deviation of the measurement noise, in the order of the structure's outputs: m/s, m/s, m/s, rad/s …
 pub const MEASUREMENT_SIGMA: [f64; 8] = [0.03, 0.03, 0.03, 0.01, 0.01, 0.01, 0.003, 0.003];
-/// m/s² and rad/s², per sample.
+/// Standard deviation of the process noise per sample, m/s² and rad/s².
 pub const PROCESS_SIGMA: [f64; 6] = [0.2, 0.2, 0.3, 0.3, 0.2, 0.3];
 
 /// Flies Mettler's R-50 for `samples`.
@@ -19,7 +19,7 @@ pub fn fly(seed: u64, samples: usize) -> Experiment {
     let structure = Kind::R50.structure();
     let matrices = structure.at(&structure.start());
     let (n, m) = (structure.states.len(), structure.inputs.len());
-    // Exact under held inputs: the exponential of the augmented matrix.
+    // The discretisation is exact for held inputs: the exponential of the augmented matrix.
     let mut augmented = DMatrix::zeros(n + m + 6, n + m + 6);
     augmented.view_mut((0, 0), (n, n)).copy_from(&matrices.a);
     augmented.view_mut((0, n), (n, m)).copy_from(&matrices.b);

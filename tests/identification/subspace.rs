@@ -24,7 +24,7 @@ fn coupled() -> InnovationModel {
     InnovationModel { system, gain: dmatrix![0.3, 0.0; 0.1, 0.2; 0.0, 0.1] }
 }
 
-/// `model` under white inputs less `feedback` times the outputs, with innovations of size `noise`.
+/// `model` with white inputs minus `feedback` times the outputs, and with innovations of size `noise`.
 fn flown(model: &InnovationModel, feedback: [f64; 2], noise: f64, samples: usize) -> Experiment {
     let mut random = ChaCha8Rng::seed_from_u64(3);
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
@@ -45,7 +45,7 @@ fn flown(model: &InnovationModel, feedback: [f64; 2], noise: f64, samples: usize
     Experiment::new("made", 0.03, inputs_named, outputs_named, inputs, outputs).unwrap()
 }
 
-/// No feedback.
+/// Feedback gains without feedback.
 const OPEN: [f64; 2] = [0.0, 0.0];
 
 fn poles(model: &LinearModel) -> Vec<Complex<f64>> {

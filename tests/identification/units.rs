@@ -6,7 +6,7 @@ use hovernav_sysid::helicopter::{Identification, Kind, Velocity, identify};
 
 /// Derivatives by a stick; the other parameters do not have its unit.
 const BY_STICK: [&str; 3] = ["Nped", "Ncol", "Zcol"];
-/// Largest change of a parameter, as a part of its value or of its bound.
+/// Largest change of a parameter, as a fraction of its value or of its bound.
 const SAME: f64 = 0.01;
 
 fn flown() -> (Dataset, Vec<Solution>) {

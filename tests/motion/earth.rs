@@ -148,7 +148,7 @@ fn local_coordinates_match_the_epsg_worked_example() {
 #[test]
 fn gravity_on_the_ellipsoid_has_the_published_values() {
     assert_abs_diff_eq!(at_latitude(0.0).gravity_mps2, 9.780_325_335_9, epsilon = 1e-12);
-    // The published k has twelve digits: the value at the pole differs by 1e-10.
+    // The published k has twelve digits, so the value at the pole differs by 1e-10.
     assert_abs_diff_eq!(at_latitude(FRAC_PI_2).gravity_mps2, 9.832_184_937_8, epsilon = 2e-10);
     let weighted = |weight: &dyn Fn(&Local) -> f64| {
         integral(0.0, FRAC_PI_2, |latitude| {

@@ -45,7 +45,7 @@ impl Moment {
         integrator.push(&second, errors).unwrap()
     }
 
-    /// The state at the end of the step, for a start and a unit with the errors `error`.
+    /// The state at the end of the step. Its start and the inertial unit have the errors `error`.
     fn end(&self, error: &[f64; STATES]) -> NavState {
         let block = |first: usize| [error[first], error[first + 1], error[first + 2]];
         let mut state = NavState {
@@ -64,11 +64,12 @@ impl Moment {
         state
     }
 
-    /// The transition by central differences of the mechanization, with constant errors of the unit.
+    /// The transition by central differences of the mechanization, with constant errors of the inertial unit.
     fn numeric_transition(&self) -> Matrix {
         let mut phi = Matrix::identity();
         for column in 0..STATES {
-            // Small against the curvature, large against the rounding of a longitude, 1e-9 m.
+            // The difference is small compared with the curvature, and large compared with the rounding of a longitude,
+            // 1e-9 m.
             let size = if (3..9).contains(&column) { 0.1 } else { 1e-3 };
             let [above, below] = [size, -size].map(|change| {
                 let mut error = [0.0; STATES];
@@ -125,7 +126,7 @@ impl Moment {
         };
         let mut config = EkfConfig::default();
         config.imu.covariance_interval_s = 0.0;
-        // Accelerometers without noise, so that they measure only motion.
+        // The accelerometers have no noise, so their output counts as motion only.
         config.imu.velocity_random_walk_mps = 0.0;
         config.imu.accel_vibration_share = 0.0;
         config.imu.accel_bias_sigma_mps2 = 1e-9;
@@ -201,7 +202,7 @@ fn omitted(row: usize, column: usize, interval_s: f64) -> f64 {
             _ => 1e-10,
         },
         1 => velocity(column),
-        // A metre up or north is on another circle: 30 m/s over its radius, 1e-5 per second.
+        // A position one metre higher or further north is on another circle: 30 m/s over its radius, 1e-5 per second.
         _ if column == 2 => 1e-5 * interval_s,
         // The mean of the velocities at both ends replaces the mean over the step.
         _ if column == 0 => interval_s * (velocity(0) + half * force * interval_s),

@@ -54,8 +54,8 @@ impl Ins {
     }
 }
 
-/// Largest errors of position, m, velocity, m/s, and attitude, rad, of a unit flown on `trajectory`, compared with
-/// its own truth.
+/// Largest errors of position, m, velocity, m/s, and attitude, rad, of an inertial unit flown on `trajectory`, compared
+/// with the unit's own truth.
 fn worst_errors(trajectory: &Trajectory, dmu: &DmuConfig) -> [f64; 3] {
     let recording = fly(trajectory, dmu, &GpsConfig::ideal(1.0), 1).unwrap();
     let start = trajectory.at(0.0).at_point(dmu.lever_arm_m);
@@ -200,7 +200,8 @@ fn at_rest_on_the_rotating_earth_nothing_drifts_for_an_hour() {
         let off_m = ins.state.position.displacement_from(&place).norm();
         let off_rad = angle_between(ins.state.body_to_ned, attitude);
         println!("at rest: {off_m:e} m, {off_rad:e} rad");
-        // One rounding per step in the same direction, 360 000 × 1e-16 rad, and the Earth's radius times this.
+        // The bound is one rounding per step in the same direction, 360 000 × 1e-16 rad, and this angle times the
+        // Earth's radius.
         assert!(off_m < 5e-4);
         assert!(off_rad < 1e-10);
     }
@@ -256,7 +257,8 @@ fn a_cruise_along_the_equator_keeps_its_height_and_its_speed() {
         let heading = EulerAngles::from_degrees(0.0, 0.0, f64::copysign(90.0, speed));
         let attitude = Rotation::from_euler(heading);
         let turning = EARTH_RATE_RADPS + speed / earth.east_radius_m;
-        // Weight minus the centripetal part of the Earth's rotation and the own motion (Eötvös).
+        // The lift is the weight minus the centripetal force of the Earth's rotation and of the vehicle's own motion
+        // (Eötvös).
         let lift = earth.gravity_mps2
             - 2.0 * EARTH_RATE_RADPS * speed
             - speed * speed / earth.east_radius_m;
@@ -296,13 +298,14 @@ fn a_cruise_along_a_meridian_keeps_its_height_and_its_speed() {
         ins.push(&sample(time, rates(rate, force)));
         let off_m = ins.state.position.displacement_from(&truth).norm();
         assert!(off_m < 4e-3, "{off_m} m after {time}");
-        // The meridian by the midpoint rule: its radius changes by 1e-7 of itself in a step.
+        // The meridian is integrated by the midpoint rule; its radius changes by a relative 1e-7 in a step.
         let half_way = truth.latitude_rad + 0.5 * PERIOD_S * speed / earth.north_radius_m;
         let radius_m = Local::at(&Geodetic { latitude_rad: half_way, ..truth }).north_radius_m;
         truth.latitude_rad += PERIOD_S * speed / radius_m;
     }
     assert!((ins.state.velocity_mps - Vector::new(speed, 0.0, 0.0)).norm() < 2e-5);
-    // The Earth's rate is that at the step's start, half a metre behind: 6e-12 rad/s, 6.5e-9 rad over the flight.
+    // The mechanization uses the Earth's rate at the step's start, half a metre behind. This is an error of 6e-12
+    // rad/s, 6.5e-9 rad over the flight.
     let off_rad = angle_between(ins.state.body_to_ned, Rotation::IDENTITY);
     assert!(off_rad < 7e-9, "{off_rad:e} rad");
 }

@@ -34,7 +34,7 @@ impl InEcef {
         }
     }
 
-    /// Derivative from the measurements of a unit on the point.
+    /// Derivative computed from the measurements of an inertial unit at this point.
     fn derivative(&self, sensed: &State) -> Self {
         let place = Geodetic::from_ecef(Vector::claim(self.position)).unwrap();
         let down = Vector::new(0.0, 0.0, Local::at(&place).gravity_mps2);
@@ -58,8 +58,8 @@ impl InEcef {
     }
 }
 
-/// Largest distance, speed and angle between the flight and the fourth-order Runge-Kutta integration of the
-/// measurements of a unit at the lever arm.
+/// Largest difference of position, velocity and attitude between the flight and an integration of inertial
+/// measurements. The measurements are those at the lever arm; the integration is fourth-order Runge-Kutta.
 fn closure(trajectory: &Trajectory, lever_arm: Vector<Body>, step_s: f64) -> [f64; 3] {
     let steps = (trajectory.duration_s() / step_s).floor() as u32;
     let sensed =
@@ -229,7 +229,7 @@ fn a_steady_turn_is_a_circle() {
     let opposite = trajectory.at(20.0 + 0.5 * TAU / rate_radps);
     let diameter_m = opposite.position.displacement_from(&start.position).norm();
     assert_abs_diff_eq!(diameter_m, 2.0 * speed_mps / rate_radps, epsilon = 1e-4);
-    // Banked so that the thrust gives the turn: tan(roll) = V r / g, and no sideways force.
+    // The vehicle is banked so that the thrust gives the turn, tan(roll) = V r / g, and the sideways force is zero.
     let roll_rad = start.body_to_ned.euler().roll_rad;
     assert_abs_diff_eq!(roll_rad, (speed_mps * rate_radps / 9.78f64).atan(), epsilon = 1e-3);
     assert!(start.specific_force_mps2.y().abs() < 1e-2);

@@ -1,4 +1,4 @@
-//! Measurements other than fixes: (M8) to (M13) and (M19).
+//! Measurements other than fixes: equations (M8) to (M13) and (M19).
 
 use hovernav::ekf::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use hovernav::ekf::{AntennaHeadingModel, Channel, Learned, Rangefinder};
@@ -11,11 +11,13 @@ use crate::filter::Filter;
 use crate::mechanization::{Earth, Vector, wrapped};
 use crate::update::Row;
 
-/// With a heading error above this, rad, a reference's tilt would be resolved about the wrong axes.
+/// Heading error, rad, above which the tilt of an attitude reference would be resolved about the wrong axes.
 const FAR_RAD: f64 = 0.35;
-/// Airspeed error of the barometer: its share of the dynamic pressure, and its correlation time, s.
+/// Airspeed error of the barometer as a fraction of the dynamic pressure.
 const WIND_SHARE: f64 = 0.1;
+/// Correlation time of the airspeed error, s.
 const WIND_TIME_S: f64 = 5.0;
+/// Standard gravity, m/s².
 const STANDARD_GRAVITY_MPS2: f64 = 9.80665;
 
 /// Azimuth of a vector's horizontal part from north.
@@ -57,7 +59,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
             (Channel::Yaw, Vector::z()),
         ];
         let model = &self.config.attitude;
-        // The shipped watch uses single precision.
+        // The shipped filter uses single precision here.
         let usual = 1.5 * (model.noise_rad * model.noise_rad) as f32;
         let alike = (2.0 / since_s.min(1.0) as f32).max(1.0);
         let excess =
@@ -168,8 +170,8 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let leaning = (baseline.z / baseline.xy().norm()).powi(2) * self.tilt_variance();
         let others = leaning + (0.1 * turned_rad).powi(2);
         let own = self.covariance[(ATTITUDE + 2, ATTITUDE + 2)];
-        // A reading beyond the gate of a single reading has the weight of a single one, because the gate is the same
-        // for all.
+        // A reading beyond the gate has the weight of an uncorrelated reading, because the gate is the same for all
+        // readings.
         let one = sigma * sigma + others;
         let jumps = off * off > self.config.gate.sigmas.powi(2) * (own + one);
         let in_common = (2.0 * model.wander_time_s / since_s).max(1.0);

@@ -14,23 +14,24 @@ use crate::update::Compared;
 /// Allowed differences of the shipped filter from the oracle.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
-    /// Share of a value, or of its one-sigma if larger; for covariances, of both one-sigmas.
+    /// Allowed fraction of a value, or of its one-sigma if that is larger; for covariances, of the product of both
+    /// one-sigmas.
     pub relative: f64,
-    /// Same share after a fix, which uses the history of steps.
+    /// Allowed fraction after a fix, which uses the history of steps.
     pub fix: f64,
     /// Allowed difference of two positions, m: latitude and longitude are rounded to 3 nm.
     pub place_m: f64,
-    /// Share of the former one-sigma that serves as unit if a state becomes more accurate than that at once. P − K H P
-    /// then loses digits by cancellation, in any order of its terms.
+    /// Fraction of the former one-sigma that serves as the unit for a state that becomes more accurate than this
+    /// fraction in one update. P − K H P then loses digits by cancellation, in any order of its terms.
     pub lost: f64,
 }
 
 impl Tolerance {
     pub const DOUBLE: Self = Self { relative: 1e-9, fix: 1e-9, place_m: 2e-8, lost: 3e-3 };
-    /// For IMUs beyond 198 Hz. Steps within 10 ms share an entry of the history. The shipped filter combines them to
-    /// second order in the rotation, the oracle exactly.
+    /// Tolerance for IMUs with more than 198 samples a second. Steps within 10 ms use the same entry of the history.
+    /// The shipped filter combines them to second order in the rotation, the oracle exactly.
     pub const FAST: Self = Self { fix: 2e-5, place_m: 2e-4, ..Self::DOUBLE };
-    /// For single precision: 1e-7, times the cancellation within a fix's covariance.
+    /// Tolerance for single precision: 1e-7, times the cancellation within a fix's covariance.
     pub const SINGLE: Self = Self { relative: 5e-3, fix: 5e-3, place_m: 2e-3, lost: 0.05 };
 }
 
@@ -40,7 +41,7 @@ impl Tolerance {
     }
 }
 
-/// Largest difference of each quantity, as a share of the tolerance; kept for printing.
+/// Largest difference of each quantity, as a fraction of the tolerance; kept for printing.
 #[derive(Clone, Debug, Default)]
 pub struct Differences {
     largest: BTreeMap<(String, &'static str), f64>,

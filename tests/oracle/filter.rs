@@ -39,7 +39,7 @@ pub struct Filter<L, const N: usize> {
     layout: PhantomData<L>,
 }
 
-/// Effect of a sample.
+/// Effect of a sample on the filter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     Stepped,
@@ -186,15 +186,15 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         self.parameters.component_mul_assign(decay);
     }
 
-    /// Sets a variance and clears the state's correlations.
+    /// Sets the variance of a state and clears its correlations.
     pub fn open(&mut self, state: usize, sigma: f64) {
         self.covariance.row_mut(state).fill(0.0);
         self.covariance.column_mut(state).fill(0.0);
         self.covariance[(state, state)] = sigma * sigma;
     }
 
-    /// Resets the covariance so wide that the next fixes determine the state. Estimates stay, and so does the
-    /// barometer's variance.
+    /// Sets the covariance so large that the next fixes determine the state. Estimates keep their values, and so does
+    /// the barometer's variance.
     pub fn reset(&mut self) {
         let baro = L::BARO.map(|state| (state, self.covariance[(state, state)].sqrt()));
         self.covariance = Matrix::zeros();

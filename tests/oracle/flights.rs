@@ -82,7 +82,7 @@ fn opened(dir: &Path) -> (Dataset, EstimatorConfig) {
     (dataset, config)
 }
 
-/// Each step of the own dataset, from equal states.
+/// Compares each step of the dataset in the repository, from equal states.
 #[test]
 fn a_step_of_a_hover_comes_to_the_same() {
     let dir = own("heli-hover");
@@ -92,7 +92,7 @@ fn a_step_of_a_hover_comes_to_the_same() {
     assert!(pair.counts.axes > 5_000, "{:?}", pair.counts);
 }
 
-/// Each step of the first minutes of every other dataset.
+/// Compares each step of the first minutes of every other dataset.
 #[test]
 fn a_step_of_every_known_flight_comes_to_the_same() {
     for name in FLIGHTS {
@@ -104,16 +104,17 @@ fn a_step_of_every_known_flight_comes_to_the_same() {
     }
 }
 
-/// With open gates, the oracle flies the whole dataset by itself. Only learned quantities, and the variances they open,
-/// come from the shipped filter.
+/// With disabled gates, the oracle flies the whole dataset by itself. Only learned quantities, and the variances that
+/// they increase, come from the shipped filter.
 #[test]
 fn a_whole_hover_comes_to_the_same() {
     fly_alone(&own("heli-hover"), usize::MAX);
 }
 
-/// Same for about a minute of the other datasets. Later, rounding has grown: with every fix accepted, the time of a fix
-/// and the states estimated from it amplify each other. The difference grows from 1e-17 to 1e-10 in 100 s of
-/// `quad-hover-aided`. The dataset with a jumping receiver is excluded, because open gates accept the jump.
+/// The same comparison for about a minute of the other datasets. Later, rounding has grown: with every fix accepted,
+/// the time of a fix and the states estimated from it amplify each other. The difference grows from 1e-17 to 1e-10 in
+/// 100 s of `quad-hover-aided`. The dataset with a jumping receiver is excluded, because disabled gates accept the
+/// jump.
 #[test]
 fn the_first_minute_of_every_known_flight_comes_to_the_same() {
     for name in FLIGHTS.into_iter().filter(|name| !name.contains("glitch")) {

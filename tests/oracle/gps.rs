@@ -1,4 +1,4 @@
-//! A fix: (M3) to (M6) and (M14).
+//! A fix: equations (M3) to (M6) and (M14).
 
 use hovernav::ekf::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use hovernav::ekf::{Channel, Learned};
@@ -11,11 +11,11 @@ use crate::mechanization::{Earth, Vector, skew};
 use crate::noise::{self, Relaxation};
 use crate::update::Row;
 
-/// Largest delay after its time at which a fix may be valid, s.
+/// Largest time after its time stamp at which a fix may be valid, s.
 const MOST_AHEAD_S: f64 = 0.3;
-/// Stated one-sigmas grow by the learned size if it exceeds this.
+/// Smallest factor by which the learned size increases the stated one-sigmas; smaller factors are ignored.
 const BY_CHANCE: f64 = 1.15;
-/// Stated one-sigmas count as unchanged within this factor.
+/// Stated one-sigmas count as unchanged if they change by less than this factor.
 const STEADY: f64 = 1.25;
 
 const POSITIONS: [Channel; 3] =
@@ -28,7 +28,7 @@ const VELOCITIES: [Channel; 3] =
 pub struct Moments {
     velocity: Back,
     position: Back,
-    /// Whether they are at the end of the memory, where the delay is unobservable.
+    /// Whether these times are at the end of the history, where the delay is unobservable.
     is_beyond: bool,
 }
 
@@ -63,7 +63,8 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let horizontal = gps.horizontal_velocity_sigma_mps;
         let velocity = match fix.velocity_sigma_mps.map(|sigma| sigma.to_array()) {
             Some([n, e, d]) => {
-                // A single accuracy for all axes is the horizontal one; PX4 takes 1.5 times as much downwards.
+                // A receiver that states one accuracy for all axes states the horizontal one. PX4 takes 1.5 times as
+                // much for the vertical axis.
                 let d = if n == e && e == d { 1.5 * d } else { d };
                 Vector::new(n * stated(level), e * stated(level), d * stated(down))
             }
@@ -76,7 +77,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         [position, velocity]
     }
 
-    /// Shares of position and velocity errors that are slow, if the layout has states for them.
+    /// Fractions of the position and velocity errors that are slow, if the layout has states for them.
     fn wander_shares(&self) -> [f64; 2] {
         let share = |state: Option<usize>, share: f64| state.map_or(0.0, |_| share);
         let gps = &self.config.gps;
@@ -86,7 +87,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         ]
     }
 
-    /// Adapts the slow errors to the stated accuracy of a fix (M5), or opens them.
+    /// Adapts the slow errors to the stated accuracy of a fix (M5), or resets their variances.
     pub fn follow_wander(&mut self, fix: &Fix, learned: &Learned) {
         let [position, velocity] = self.fix_sigmas(fix, learned);
         let [slow_place, slow_velocity] = self.wander_shares();
@@ -140,7 +141,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         rows
     }
 
-    /// (M4), H by (M2).
+    /// Velocity rows (M4), with H by (M2).
     fn velocity_rows(
         &self,
         fix: &Fix,
@@ -203,7 +204,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         rows
     }
 
-    /// (M3), H by (M2).
+    /// Position rows (M3), with H by (M2).
     fn position_rows(
         &self,
         fix: &Fix,
@@ -251,7 +252,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         rows
     }
 
-    /// (M6), times the square of the velocity's factor.
+    /// Noise by the latency (M6), times the square of the velocity's factor.
     fn lag_noise(&self, back: &Back, lever: f64) -> f64 {
         let imu = &self.config.imu;
         let walk = imu.velocity_random_walk_mps.powi(2) * back.age_s.max(0.0);
@@ -259,19 +260,19 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
     }
 }
 
-/// R of (M5).
+/// White part of R (M5).
 fn white_variance(slow: f64, sigma: f64, floor: f64) -> f64 {
     ((1.0 - slow * slow) * sigma * sigma).max(floor * floor)
 }
 
-/// Part of a specific force that makes the heading observable: its horizontal part counts by the share that is motion
-/// (K23).
+/// Part of a specific force that makes the heading observable. Its horizontal part counts by the fraction that is
+/// motion (K23).
 fn of_motion(force: &Vector, learned: &Learned) -> Vector {
     let share = learned.level_share;
     Vector::new(share * force.x, share * force.y, force.z)
 }
 
-/// s(x) of (M14).
+/// The function s(x) of (M14).
 fn significant(x: Vector, variance: f64) -> Vector {
     x * (1.0 - variance / x.norm_squared()).max(0.0)
 }

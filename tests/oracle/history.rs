@@ -1,4 +1,4 @@
-//! The present state carried back to an earlier moment, and the relation of its errors then and now: (M1) and (M2).
+//! The present state carried back to an earlier time, and the relation of its errors at both times: (M1) and (M2).
 
 use std::collections::VecDeque;
 
@@ -7,8 +7,9 @@ use nalgebra::{Matrix3, UnitQuaternion};
 
 use crate::mechanization::{Advance, Earth, Increment, Nominal, Vector};
 
-/// Number of entries, and the duration up to which steps share one, s.
+/// Number of entries.
 const ENTRIES: usize = 51;
+/// Largest total duration of steps in one entry, s.
 const ENTRY_S: f64 = 0.0101;
 /// Longest look-back for a fix, s.
 const REACH_S: f64 = 0.5;
@@ -41,7 +42,7 @@ pub struct Back {
     pub rate_radps: Vector,
     pub acceleration_mps2: Vector,
     pub acceleration_over_s: f64,
-    /// Age a of that moment, and the part of it within gaps of the samples, s.
+    /// Age a of that moment, and the part of this age within gaps of the samples, s.
     pub age_s: f64,
     pub hidden_s: f64,
     /// F, G and J of (M2): Σ C Δv, its integral, and ∫ C dt, from then to now.
@@ -55,7 +56,7 @@ impl History {
         self.0.clear();
     }
 
-    /// Adds a step that ended at `end`. Steps of fast IMUs share an entry. They are combined exactly here, and to
+    /// Adds a step that ended at `end`. Steps of fast IMUs use the same entry. They are combined exactly here, and to
     /// second order of the rotation in the shipped filter.
     pub fn push(&mut self, end: Time, step: &Increment, advance: &Advance) {
         let rotation = UnitQuaternion::from_scaled_axis(step.rotation_rad);
@@ -103,8 +104,8 @@ impl History {
         }
     }
 
-    /// Carries `now` back to `time`, over whole entries and a share of the last one. A `time` after `now` is reached
-    /// forward with the newest entry's mean motion. `None` beyond the memory.
+    /// Carries `now` back to `time`, over whole entries and a fraction of the last one. A `time` after `now` is reached
+    /// forward with the newest entry's mean motion. `None` if `time` is before the first entry.
     pub fn look_back(&self, now: &Nominal, time: Time) -> Option<Back> {
         let mut back = Back {
             state: *now,
@@ -136,7 +137,7 @@ impl History {
         Some(back)
     }
 
-    /// Mean acceleration about `time`, which lies in the entry `reached`. Each entry counts whole.
+    /// Mean acceleration about `time`, which lies in the entry `reached`. Each entry counts with its whole duration.
     fn accelerate(&self, now: &Nominal, time: Time, reached: usize, back: &mut Back) {
         let (mut attitude, mut start) = (now.attitude, now.time);
         let mut change_mps = Vector::zeros();
@@ -163,7 +164,7 @@ impl History {
 }
 
 impl Back {
-    /// One step back over an entry or a share of it: (M1), and the sums of (M2). Returns the displacement, m.
+    /// One step back over an entry or a fraction of it: (M1), and the sums of (M2). Returns the displacement, m.
     fn step(&mut self, entry: &Entry, share: f64) -> Vector {
         let seconds = share * entry.seconds;
         let turned = UnitQuaternion::from_scaled_axis(-entry.rotation.scaled_axis() * share);

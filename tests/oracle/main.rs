@@ -12,9 +12,9 @@
 //! | `history` | (M1), (M2): late measurements | `src/ekf/history.rs` |
 //! | `gps`, `aids` | (M3) to (M6), (M8) to (M14), (M19): h, H and R | `src/ekf/measurement` |
 //!
-//! `shipped` and `pair` make the same calls to both filters; `compare` has the tolerances. Gates, watches and learned
+//! `shipped` and `pair` make the same calls to both filters; `compare` has the tolerances. Gates, monitors and learned
 //! quantities are not part of the equations: the oracle takes them from `Ekf::learned` and from the trace of the
-//! shipped filter. The oracle has no wheels (M17) and no field watch (M15).
+//! shipped filter. The oracle has no wheel constraint (M17) and no monitor of the magnetic field (M15).
 
 mod aids;
 mod compare;

@@ -27,7 +27,7 @@ pub struct Earth {
 }
 
 impl Earth {
-    /// (E1), (E6) and (E7).
+    /// The Earth at a position: (E1), (E6) and (E7).
     pub fn at(place: &Geodetic) -> Self {
         let (sine, cosine) = place.latitude_rad.sin_cos();
         let h = place.height_m;
@@ -148,7 +148,8 @@ impl Increment {
                 let w1 = errors.removed(0, &vector(angular_rate_radps), 1.0);
                 let f1 = errors.removed(1, &vector(specific_force_mps2), 1.0);
                 match before.map(|before| before.motion) {
-                    // The first sample's rates count for the whole interval, without coning or sculling.
+                    // Without a previous sample, the rates of the first sample count for the whole interval, without
+                    // coning or sculling.
                     None => Self {
                         seconds,
                         rotation_rad: w1 * seconds,
@@ -183,7 +184,7 @@ impl Increment {
                     ),
                     _ => (angle, velocity),
                 };
-                // (S4) and (S5).
+                // Coning and sculling: (S4) and (S5).
                 let sculling = angle_before.cross(&velocity) + velocity_before.cross(&angle);
                 let rotation_rad = angle + angle_before.cross(&angle) / 12.0;
                 Self {
@@ -199,7 +200,7 @@ impl Increment {
         }
     }
 
-    /// (S2) and (S3).
+    /// Increment from rates and specific forces at both ends: (S2) and (S3).
     fn of_rates(seconds: f64, [w0, w1]: [Vector; 2], [f0, f1]: [Vector; 2]) -> Self {
         let (dw, df) = (w1 - w0, f1 - f0);
         let alpha = (w0 + w1) * (seconds / 2.0);

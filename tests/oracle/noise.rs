@@ -29,8 +29,8 @@ impl NetTurn {
     }
 }
 
-/// Variance added per axis and second by a sensor of random walk `walk`. A `share` of its vibration counts as noise
-/// correlated over `alike_s`.
+/// Variance that a sensor of random walk `walk` adds per axis and second. A fraction `share` of its vibration counts as
+/// noise correlated over `alike_s`.
 pub fn density(walk: f64, share: f64, alike_s: f64, vibration: &[f64; 3]) -> Vector {
     Vector::from(vibration.map(|variance| (share * share * variance * alike_s).max(walk * walk)))
 }
@@ -99,7 +99,7 @@ pub struct Relaxation<const N: usize> {
     pub noise: SVector<f64, N>,
 }
 
-/// Remaining share after `lost` correlation times: e^(−lost). Below 0.02 the shipped filter uses the series to third
+/// Remaining fraction after `lost` correlation times: e^(−lost). Below 0.02 the shipped filter uses the series to third
 /// order. Its error is lost⁴/24, at most 7e-9, which is up to 1e-8 of the variance regained by a slow GPS error. The
 /// oracle uses the same series, so that everything else can be compared to 1e-9.
 pub fn left(lost: f64) -> f64 {
@@ -135,7 +135,7 @@ impl<const N: usize> Relaxation<N> {
             all.markov(GYRO_BIAS + axis, seconds, imu.gyro_bias_sigma_radps, gyro_time_s);
             let accel_time_s = imu.accel_bias_time_s / learned.excess;
             all.markov(ACCEL_BIAS + axis, seconds, imu.accel_bias_sigma_mps2, accel_time_s);
-            // The shipped vibration watch uses single precision.
+            // The shipped filter uses single precision for the vibration.
             let along = 0.25 + 0.75 * (down[axis] * down[axis]) as f32;
             all.noise[ACCEL_BIAS + axis] +=
                 f64::from(along * learned.rectification[axis] as f32) * seconds;

@@ -29,7 +29,7 @@ pub struct Pair<L, const N: usize, T = f64> {
     one_step: bool,
     tolerance: Tolerance,
     pub differences: Differences,
-    /// Time of the last fused barometric height; earlier than every time before the first.
+    /// Time of the last fused barometric height; before the first, a time earlier than all samples.
     baro_used: Time,
     pub counts: Counts,
 }
@@ -42,9 +42,10 @@ pub struct Counts {
     pub resets: usize,
     pub measurements: usize,
     pub axes: usize,
-    /// Axes that the shipped filter rejected.
+    /// Number of axes that the shipped filter rejected.
     pub rejected: usize,
-    /// Measurements for which the gates reset the covariance. The oracle then restarts from the shipped filter's state.
+    /// Number of measurements for which the gates reset the covariance. The oracle then restarts from the shipped
+    /// filter's state.
     pub reopened: usize,
 }
 
@@ -216,10 +217,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         );
     }
 
-    /// Gives a measurement to the shipped filter by `call`, repeats its steps with the oracle, and compares innovations
-    /// and states. `prepare` opens the oracle's covariance before the measurement. With `prepares_alone` it replaces
-    /// the shipped filter's openings; otherwise both are applied. `rows` gives the measurement's rows from the
-    /// quantities learned after it and the number of compared axes. Returns whether any axis was fused.
+    /// Passes a measurement to the shipped filter by `call`, repeats the filter's steps with the oracle, and compares
+    /// innovations and states. `prepare` increases the oracle's covariance before the measurement. With
+    /// `prepares_alone` this replaces the increases by the shipped filter; otherwise both are applied. `rows` gives the
+    /// measurement's rows from the quantities learned after it and the number of compared axes. Returns whether any
+    /// axis was fused.
     fn measure(
         &mut self,
         what: &str,
@@ -293,7 +295,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         }
     }
 
-    /// The gates opened the covariance: the oracle restarts from the shipped filter's state.
+    /// Handles a reset of the covariance by the gates: the oracle restarts from the shipped filter's state.
     fn give_way(&mut self, recorder: &Recorder<N>, before: &Learned, report: &Report) {
         for did in &recorder.0 {
             match did {

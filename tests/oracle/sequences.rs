@@ -1,5 +1,5 @@
-//! Random sequences of samples, fixes, aids, gaps and resets. The covariance must stay symmetric and positive definite,
-//! and equal that of the oracle.
+//! Random sequences of samples, fixes, other measurements, gaps and resets. The covariance must stay symmetric and
+//! positive definite, and equal that of the oracle.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::layout::{Base, Full, Layout, POSITION, WithScaleFactors, WithoutHeightAids};
@@ -22,9 +22,11 @@ use crate::compare::Tolerance;
 use crate::pair::Pair;
 use crate::shipped::Snapshot;
 
-/// Number of sequences for each precision.
+/// Number of sequences of calls for each precision.
 const SEQUENCES: u32 = 10_000;
+/// Number of sequences of calls with a fast IMU.
 const SEQUENCES_OF_FAST_UNITS: u32 = 1_000;
+/// Largest number of calls in a sequence.
 const MOST_CALLS: usize = 8;
 
 #[derive(Clone, Copy, Debug)]
@@ -206,8 +208,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Flight<L, N, T> {
                 let height_m = state.position.height_m + self.draw.normal(0.5);
                 self.pair.baro(time, height_m);
             }
-            // Before a fix has measured the height after a reset, range and ground are differences of two numbers of
-            // 1e10 m² equal to 13 digits. Neither filter then has digits left to compare.
+            // After a reset, before a fix has measured the height, range and ground height are differences of two
+            // numbers of 1e10 m² equal to 13 digits. Neither filter then has digits left to compare.
             Call::Range if self.pair.shipped.covariance().variance(POSITION + 2) > 1e4 => {}
             Call::Range => {
                 let rangefinder = Rangefinder {
@@ -300,7 +302,7 @@ proptest! {
 
     #[test]
     fn sequences_in_double_precision(seed: u64, calls in calls()) {
-        // A covariance opened by a reset loses digits at the next fix; the loss persists in later steps.
+        // A covariance that a reset has increased loses digits at the next fix; the loss persists in later steps.
         let resets = calls.iter().any(|call| matches!(call, Call::LongGap));
         let one_step = resets || seed % 2 == 0;
         fly_any::<f64>(seed, &calls, (false, one_step), (Tolerance::DOUBLE, 0.0))?;

@@ -46,7 +46,7 @@ pub enum Did<const N: usize> {
     Propagated,
     /// Relaxed its parameters.
     Relaxed,
-    /// Opened its covariance; the oracle applies the same opening unchecked.
+    /// Increased its covariance; the oracle applies the same increase unchecked.
     Opened(Box<Opening<N>>),
     /// Fused an axis.
     Updated,
@@ -57,7 +57,7 @@ pub enum Did<const N: usize> {
     Turned(Vector),
 }
 
-/// Φ and Q of an opening of the covariance.
+/// Φ and Q of an increase of the covariance.
 #[derive(Clone, Debug)]
 pub struct Opening<const N: usize> {
     phi: Matrix<N>,
@@ -71,7 +71,7 @@ pub struct Recorder<const N: usize>(pub Vec<Did<N>>);
 
 impl<T: Scalar, const N: usize> Trace<T, N> for Recorder<N> {
     fn propagated(&mut self, step: &Transition<T, N>) {
-        // A relaxation always changes the biases; an opening leaves them unchanged.
+        // A relaxation always changes the biases; an increase of the covariance leaves them unchanged.
         let relaxes = step.relaxation.is_some_and(|all| all.decay[GYRO_BIAS] != T::ONE);
         self.0.push(if step.interval_s > T::ZERO {
             Did::Propagated

@@ -16,7 +16,7 @@ pub struct Sums {
     /// ϑ and Δv in body axes.
     pub rotation_rad: Vector,
     pub velocity_mps: Vector,
-    /// Δv_f; its horizontal part counts by the share that is motion (K23).
+    /// Δv_f; its horizontal part counts by the fraction that is motion (K23).
     pub force_mps: Vector,
     /// Σ σ² of gyros, rad², and accelerometers, (m/s)², for each axis of the body (K4).
     pub angle_variance: Vector,
@@ -24,7 +24,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// The sum of this step and those `before` it.
+    /// The sum of the steps in `before` and this step.
     pub fn after(self, before: &Self) -> Self {
         Self {
             seconds: before.seconds + self.seconds,

@@ -17,13 +17,13 @@ pub struct Row<const N: usize> {
     pub noise: f64,
 }
 
-/// An innovation after the axes before it, and its one-sigma.
+/// An innovation after fusing the axes before it, and its one-sigma.
 #[derive(Clone, Copy, Debug)]
 pub struct Compared {
     pub channel: Channel,
     pub innovation: f64,
     pub sigma: f64,
-    /// Its one-sigma before any axis of the same moment, if the states were uncorrelated.
+    /// One-sigma of the innovation before any axis of the same time is fused, as if the states were uncorrelated.
     pub sigma_before: f64,
 }
 
@@ -33,7 +33,7 @@ impl<const N: usize> Row<N> {
         Self { channel, innovation, h: SVector::zeros(), noise }
     }
 
-    /// Adds ∂z/∂x of one state.
+    /// Adds the derivative ∂z/∂x by one state.
     #[must_use]
     pub fn sees(mut self, state: usize, derivative: f64) -> Self {
         self.h[state] += derivative;

@@ -80,7 +80,7 @@ struct GroundModem(Arc<Mutex<Ground>>);
 impl Device for GroundModem {
     fn receive(&mut self, bytes: &[u8], now: Time) {
         let mut ground = self.0.lock().unwrap();
-        // Frames under way still arrive.
+        // Frames that are in transit still arrive.
         if ground.paused.is_some_and(|since| now - since > 0.05) {
             ground.bytes_while_paused += bytes.len();
             return;
@@ -217,13 +217,14 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
     player.stop().unwrap();
     let (ground, mavlink) = (ground.lock().unwrap(), mavlink_messages(&mavlink.lock().unwrap()));
 
-    // 20 s with the unit connected, at 33 Hz.
+    // The IMU is connected for 20 s, at 33 Hz.
     assert!((580..=730).contains(&report.cycles), "{} cycles", report.cycles);
     assert!((14..=19).contains(&report.fixes), "{} fixes", report.fixes);
     assert_eq!((report.dmu_port.lost, report.dmu_port.opened), (1, 2));
     assert_eq!((report.record.lost_raw, report.record.lost_decoded), (0, 0));
 
-    // The ground received everything except the pause, at 33 Hz, with the pilot's sticks within a step of the wire.
+    // The ground received everything except the pause, at 33 Hz. The pilot's sticks are within one resolution step of
+    // the line.
     assert_eq!(ground.damaged, 0);
     assert_eq!(ground.bytes_while_paused, 0, "bytes after $");
     assert!(ground.snapshots.len() > 500, "{} frames", ground.snapshots.len());
@@ -316,7 +317,7 @@ fn a_flight_whose_record_cannot_be_written_goes_on_and_reports_it() {
             && text.contains("x.mcap")
     };
     assert_eq!(told.iter().filter(said).count(), 1, "{told:?}");
-    // Said once: nothing changes afterwards.
+    // The message appears only once: nothing changes afterwards.
     assert_eq!(told.iter().filter(|(_, text)| text.contains("record")).count(), 1, "{told:?}");
 }
 

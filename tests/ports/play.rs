@@ -1,6 +1,6 @@
 //! A played flight equals the original. A link and a receiver read the data of the dataset from the lines, to the
-//! step of the wire. This includes cuts and unplugging. Time-dependent tests use emulated time; pseudo-terminals show
-//! that bytes and ports pass through the system.
+//! resolution of the line. This includes cuts and unplugging. Time-dependent tests use emulated time; pseudo-terminals
+//! show that bytes and ports pass through the system.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -78,18 +78,18 @@ impl Place {
     }
 }
 
-/// Data of the inertial unit as received by a flight computer.
+/// Data of the IMU as received by a flight computer.
 #[derive(Default)]
 struct Listened {
     samples: Vec<ImuSample>,
-    /// The unit's timer at each sample.
+    /// The IMU's timer at each sample.
     timers: Vec<u16>,
     faults: Vec<LinkFault>,
     /// Number of samples since the last fault.
     since_fault: usize,
 }
 
-/// Exchanges data with the unit until `enough` or for 60 s of flight.
+/// Exchanges data with the IMU until `enough` or for 60 s of flight.
 fn listen(
     mut port: Port,
     clock: &Clock,
@@ -136,7 +136,7 @@ fn rate(sample: &ImuSample) -> Vector<Body> {
     angular_rate_radps
 }
 
-/// Whether two samples are equal to half a step of the wire.
+/// Whether two samples are equal to half a resolution step of the line.
 fn same(found: &ImuSample, sent: &ImuSample) -> bool {
     let turn = hovernav::frames::wrap_angle(
         found.attitude.unwrap().yaw_rad - sent.attitude.unwrap().yaw_rad,
@@ -177,7 +177,7 @@ fn a_polled_unit_never_says_the_same_twice() {
     });
     assert!(heard.samples.len() >= 100, "{}", heard.samples.len());
     assert!(heard.samples.windows(2).all(|pair| rate(&pair[0]) != rate(&pair[1])));
-    // Between samples the unit measures interpolated values.
+    // Between samples the emulated IMU measures interpolated values.
     let within = |found: &ImuSample| {
         dataset.imu.windows(2).any(|pair| {
             let (a, b, x) = (rate(&pair[0]).y(), rate(&pair[1]).y(), rate(found).y());
@@ -304,7 +304,7 @@ fn a_host_that_does_not_read_does_not_hold_the_player() {
     let ports = vec![EmulatedPort::new(place.path("gps"), RecordedDevice::new(pieces))];
     let player = Player::start(ports, clock, Begin::WhenAsked).unwrap();
     let mut port = port(&place.path("gps"), clock);
-    // Opens the port without reading further.
+    // This opens the port and does not read further.
     let _opened = port.read_until(&mut [0; 1], clock.now() + 5.0);
     while !player.is_finished() {
         std::thread::sleep(Duration::from_millis(10));

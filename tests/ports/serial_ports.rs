@@ -72,7 +72,7 @@ fn next_event(port: &mut Port, clock: &Clock) -> PortEvent {
     }
 }
 
-/// Sends `bytes` and reads until the same number has arrived.
+/// Sends `bytes` and reads until the same number of bytes has arrived.
 fn through(wire: &mut Wire, port: &mut Port, clock: &Clock, bytes: &[u8]) -> Vec<u8> {
     wire.device().write_all(bytes).unwrap();
     read(port, clock, bytes.len())
@@ -160,8 +160,8 @@ fn a_dropped_byte_costs_its_packet_and_at_most_the_one_after() {
 
 #[test]
 fn an_inserted_byte_costs_its_packet_and_at_most_the_one_after() {
-    // Not 0xFF: inserted into a packet whose first word is negative and small, it makes another packet with a valid
-    // checksum, one byte later.
+    // The inserted byte is not 0xFF. Inserted into a packet whose first word is negative and small, 0xFF makes another
+    // packet with a valid checksum, one byte later.
     let streams = (0..90).flat_map(|at| {
         [0x00, 0xFE, b'A'].map(|byte| {
             let mut bytes = stream(0..8);
@@ -278,7 +278,7 @@ fn a_missing_port_is_tried_less_and_less_often() {
     while clock.now() < end {
         assert_eq!(port.read_until(&mut [0; 16], end), Read::Silent);
     }
-    // After 0, 0.05, 0.15, 0.35, 0.75, 1.25, 1.75 … s; a slow machine tries less often.
+    // Attempts are after 0, 0.05, 0.15, 0.35, 0.75, 1.25, 1.75 … s; a slow machine makes fewer attempts.
     let tried = port.counts().failed_to_open;
     assert!((3..=28).contains(&tried), "{tried}");
     wire.plug();

@@ -106,13 +106,13 @@ fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
     assert!(chunks.len() > 4, "{chunks:?}");
     let (at, _) = chunks[chunks.len() / 2];
     let (next, _) = chunks[chunks.len() / 2 + 1];
-    // Longer than the file, too long, too short, 0.
+    // Lengths that are longer than the file, too long, too short, or 0.
     for (byte, bits) in [(8, 0x40), (3, 0x01), (2, 0x01), (1, 0x03), (2, 0xff)] {
         let mut bytes = good.clone();
         bytes[at + byte] ^= bits;
         let record = read(&bytes).unwrap();
         let lost = whole.controls.len() - record.controls.len();
-        // A chunk that is complete by its own lengths is kept, independent of the bytes before it.
+        // A chunk that is complete according to its own lengths is kept, independent of the bytes before it.
         assert!(lost < 100, "{byte}: {lost} of {}", whole.controls.len());
         assert!(record.is_ended);
         assert_eq!(record.controls.last(), whole.controls.last());
@@ -134,7 +134,7 @@ fn a_chunk_whose_length_is_damaged_costs_that_chunk_alone() {
     }
 }
 
-/// A length that points to a later record, and a chunk that claims to be the end of the file.
+/// The damage is a length that points to a later record, and a chunk that claims to be the end of the file.
 #[test]
 fn a_length_that_grew_and_a_false_end_cost_no_more_than_what_they_hide() {
     let dir = tempfile::tempdir().unwrap();
@@ -181,7 +181,7 @@ fn nonsense_with_a_good_checksum_is_skipped_or_reported() {
         while at < spoilt.len() - mcap::MAGIC.len() {
             let length = u64::from_le_bytes(spoilt[at + 1..at + 9].try_into().unwrap()) as usize;
             let (kind, body) = (spoilt[at], at + 9);
-            // A chunk's two times, length, checksum, compression and length again.
+            // The offsets are those of a chunk's two times, length, checksum, compression, and length again.
             let (checksum, records) = (body + 24, body + 40);
             if kind == mcap::records::op::CHUNK {
                 for _ in 0..1 + round % 4 {
@@ -238,7 +238,7 @@ fn damage_to_the_first_chunks_costs_them_and_not_the_record() {
     let (path, _dir) = recorded(12.0);
     let mut bytes = std::fs::read(path).unwrap();
     let whole = read(&bytes).unwrap();
-    // In the configuration, and in the names of the topics.
+    // The damage is in the configuration, and in the names of the topics.
     for at in [200, 1_000, 3_000] {
         bytes[at] ^= 0x10;
     }
@@ -250,7 +250,7 @@ fn damage_to_the_first_chunks_costs_them_and_not_the_record() {
     assert!(record.calls.iter().all(|call| originals.any(|original| original == call)));
 }
 
-/// As required by viewers that open a file by its summary.
+/// Viewers that open a file by its summary require this.
 #[test]
 fn a_repaired_record_has_a_summary_and_every_whole_message() {
     let (path, dir) = recorded(1.0);
@@ -275,7 +275,7 @@ fn a_repaired_record_has_a_summary_and_every_whole_message() {
     };
     assert_eq!(Record { header: before.header.clone(), ..but }, before);
 
-    // The file is complete; it states that the record is not.
+    // The file is complete, and states that the original record was not.
     let told = after.repair.as_ref().unwrap();
     assert_eq!(*told, repaired.repair);
     assert_eq!(told.bytes, (bytes.len() * 2 / 3) as u64);
@@ -287,7 +287,7 @@ fn a_repaired_record_has_a_summary_and_every_whole_message() {
     let info = RecordInfo(&after).to_string();
     assert!(info.contains("cut off") && info.contains("repaired  by hovernav "), "{info}");
 
-    // Damaged and repaired again, it reports both repairs.
+    // If the repaired record is damaged and repaired again, it reports both repairs.
     let mut spoilt = std::fs::read(&out).unwrap();
     spoilt.truncate(spoilt.len() - 20);
     let (twice, again) = (dir.path().join("spoilt.mcap"), dir.path().join("again.mcap"));
@@ -306,7 +306,7 @@ fn a_repaired_record_has_a_summary_and_every_whole_message() {
     assert!(repair(&cut, &out).unwrap_err().to_string().contains("whole.mcap"));
 }
 
-/// A time that no flight has, in one call: no hang and no unlimited memory in any output.
+/// One call has a time that no flight has. No output may hang or need unlimited memory.
 #[test]
 fn a_time_that_cannot_be_costs_little() {
     let (path, _dir) = recorded(20.0);

@@ -11,7 +11,7 @@ use hovernav_record::{Line, Record, Recorder, Status};
 
 use crate::flight::{START, fly, header};
 
-/// No space left on device.
+/// Error number of the operating system: no space left on device.
 const ENOSPC: i32 = 28;
 
 /// A disk with room for a number of bytes.
@@ -98,7 +98,7 @@ fn a_disk_full_for_good_stops_the_record_and_not_the_flight() {
 fn every_loss_is_counted_and_reported_once_there_is_room() {
     let disk = Disk::of(40_000);
     let mut recorder = Recorder::start(disk.clone(), &header()).unwrap();
-    // More than fits into memory: first the queue empties, then it fills.
+    // The data are more than fit into memory: first the queue empties, then it fills.
     let (mut pushed, mut now) = (0u64, START);
     let mut push = |recorder: &mut Recorder| {
         now = now + 1e-3;
@@ -123,7 +123,7 @@ fn every_loss_is_counted_and_reported_once_there_is_room() {
 
 #[test]
 fn what_a_replay_can_compute_gives_way_first() {
-    // No writer empties the queue before everything is pushed: the disk rejects all writes after the start.
+    // No data leave the queue before everything is pushed: the disk rejects all writes after the start.
     let disk = Disk::of(usize::MAX);
     let header = header();
     let mut recorder = Recorder::start(disk.clone(), &header).unwrap();
@@ -164,7 +164,7 @@ fn a_disk_that_hangs_does_not_hold_the_loop() {
     let mut recorder = Recorder::start(Hanging(Arc::clone(&bytes)), &header()).unwrap();
     let hanging = bytes.lock().unwrap();
     let mut now = START;
-    // Would not end if one of these calls waited for the disk.
+    // This loop would not end if one of these calls waited for the disk.
     while recorder.status().lost_raw < 1000 {
         now = now + 1e-3;
         recorder.raw(Line::Dmu, &[0x55; 30], now);
@@ -192,7 +192,7 @@ fn a_record_that_memory_cannot_hold_ends_on_a_disk_that_is_full_for_good() {
     let disk = Disk::of(40_000);
     let mut recorder = Recorder::start(disk, &header()).unwrap();
     let mut now = START;
-    // Beyond the buffer in memory, into the queue.
+    // The data fill the buffer in memory, and then the queue.
     while recorder.status().bytes_waiting < 8 << 20 || recorder.status().lost_raw < 10 {
         let lost = recorder.status().lost_raw;
         now = now + 1e-3;
@@ -201,7 +201,7 @@ fn a_record_that_memory_cannot_hold_ends_on_a_disk_that_is_full_for_good() {
             thread::sleep(Duration::from_millis(1));
         }
     }
-    // Would not end if it waited for room.
+    // This would not end if it waited for room on the disk.
     let status = recorder.finish();
     assert!(status.bytes_waiting >= 8 << 20 && status.queued > 0, "{status:?}");
 }

@@ -1,4 +1,4 @@
-//! A flight of the real loop, with a simulated unit and receiver at the ends of its lines.
+//! A flight of the real loop, with a simulated IMU and receiver at the ends of its lines.
 
 use std::collections::VecDeque;
 
@@ -15,11 +15,12 @@ use hovernav_sim::{FlightPlan, Recording};
 
 use hovernav_fly::devices::encode::{Epoch, tsip_epoch, tsip_time};
 
-/// Some time after the machine was switched on, on a day of 2026.
+/// Start of the flight on the clock of the machine, some time after it was switched on.
 pub const START: Time = Time::from_nanoseconds(86_412_345_678_901);
+/// Start of the flight in UTC, on a day of 2026, ns since 1970.
 const START_UNIX_NS: i64 = 1_790_000_000_123_456_789;
 
-/// A Crossbow unit and a Trimble receiver on a helicopter.
+/// A Crossbow IMU and a Trimble receiver on a helicopter.
 pub fn header() -> Header {
     let mut config = FlyConfig::default();
     config.receiver.protocol = ReceiverProtocol::Tsip;
@@ -32,8 +33,8 @@ pub fn header() -> Header {
     Header::new(config, START, START_UNIX_NS)
 }
 
-/// Runs the loop, recording, for `duration_s`. After a third of it the unit is unplugged for a second; after two
-/// thirds the receiver's line is lost. Returns the flown data.
+/// Runs the loop with recording for `duration_s`. After a third of this time the IMU is unplugged for a second; after
+/// two thirds the receiver's line is lost. Returns the flown data.
 pub fn fly(header: &Header, recorder: &mut Recorder, duration_s: f64) -> Vec<Solution> {
     let start = Geodetic::from_degrees(1.3521, 103.8198, 50.0).unwrap();
     let path = FlightPlan::hover_at(start, 0.5).hold(duration_s).build().unwrap();
@@ -58,7 +59,7 @@ pub fn fly(header: &Header, recorder: &mut Recorder, duration_s: f64) -> Vec<Sol
     let (unplugged, lost) = (START + duration_s / 3.0, START + duration_s * 2.0 / 3.0);
     let (mut now, mut until) = (START, vehicle.dmu(&[], START));
     while now < end {
-        // This clock is faster than the writer's.
+        // The clock of this flight is faster than the writer.
         while vehicle.recorder.status().queued > 1000 {
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
@@ -91,7 +92,7 @@ struct Vehicle<'a> {
     sensors: Sensors,
     estimator: Estimator<Full, 28>,
     recorder: &'a mut Recorder,
-    /// The next bytes of the unit, and their time.
+    /// The next bytes of the IMU, and their time.
     unit: VecDeque<(Time, Vec<u8>)>,
     truth: &'a Recording,
     flown: Vec<Solution>,
@@ -144,7 +145,7 @@ fn sample(truth: &Recording, now: Time) -> &ImuSample {
     &truth.imu[next.min(truth.imu.len() - 1)]
 }
 
-/// The words of the unit for a sample: ±200 °/s and ±4 g, accelerations counted against their axes.
+/// The words of the IMU for a sample: ±200 °/s and ±4 g, accelerations counted against their axes.
 fn packet(sample: &ImuSample, now: Time) -> AnglePacket {
     let Motion::Rates { angular_rate_radps, specific_force_mps2 } = sample.motion else {
         panic!("{sample:?}");

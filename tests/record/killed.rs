@@ -11,10 +11,11 @@ use hovernav_record::{Call, Entry, Line, Record, Recorder};
 
 use crate::flight::{START, header};
 
-/// File of the process to be killed.
+/// Environment variable with the file of the process to be killed.
 const CHILD: &str = "HOVERNAV_RECORD_CHILD";
-/// Number of processes to be killed.
+/// Environment variable with the number of processes to be killed.
 const KILLS: &str = "HOVERNAV_RECORD_KILLS";
+/// Interval between two recorded entries.
 const CYCLE: Duration = Duration::from_millis(30);
 
 /// Records until it is killed, and prints the time of every entry, ns, before the entry is recorded.
@@ -33,8 +34,8 @@ fn child() {
     }
 }
 
-/// Longest time lost, ns, in records of processes killed at different moments, from their start to just over a second
-/// later. Each record must open and contain the entries recorded first.
+/// Longest time lost, ns, in the records of killed processes. The processes are killed at different times, from their
+/// start to just over a second later. Each record must open and contain the entries recorded first.
 fn longest_lost_ns(kills: u32) -> i64 {
     let dir = tempfile::tempdir().unwrap();
     let mut moment = 0x9E37_79B9_7F4A_7C15u64;

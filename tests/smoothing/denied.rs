@@ -1,5 +1,5 @@
-//! A flight with a large gyro error for a moment: the fixes contradict the smoothed solution, and the filter's own
-//! solution is used there. A flight without a fault is smoothed throughout.
+//! A flight with a large gyro error for a short time. There the fixes contradict the smoothed solution, and the
+//! filter's own solution is used. A flight without a fault is smoothed throughout.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::{EstimatorConfig, Solution};

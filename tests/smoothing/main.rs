@@ -1,4 +1,4 @@
-//! An estimate from the complete log is at least as accurate as one from the log up to its moment.
+//! An estimate from the complete log is at least as accurate as an estimate from the log up to its own time.
 
 mod blocks;
 mod denied;
@@ -164,7 +164,7 @@ fn smoothing_improves_every_axis_and_knows_how_good_it_is() {
     }
     for axis in 0..9 {
         assert!(squares[axis][1] < squares[axis][0], "{}", AXES[axis]);
-        // Position is excluded: at the aligning fix the filter initialises it as if this fix did not share the
+        // Position is excluded. At the aligning fix the filter initialises it as if this fix were independent of the
         // receiver's slow error. Its sigma is therefore too small from the start, with and without smoothing.
         assert!(axis < 3 || within[axis] >= 0.98 * count, "{}", AXES[axis]);
     }
@@ -188,7 +188,7 @@ fn an_outage_is_bridged_from_both_sides() {
     let start = Time::ZERO + 120.0;
     dataset.withhold(&[Outage { start, duration_s: 20.0 }], None);
     let run = dataset.smooth(&config, |_| ());
-    // The last third, where the filter has drifted longest.
+    // The last third of the time, where the filter has drifted longest.
     let drift = |solutions: &[Solution]| {
         let inside = |solution: &&Solution| {
             let into_s = solution.time - start;

@@ -88,9 +88,9 @@ fn a_smoothed_pass_is_no_worse_before_a_heading_was_replaced_and_better_after() 
         assert!(smooth_before[0] < 1.1 * before[0], "{off_deg}");
         filtered_mps += before[0];
         smoothed_mps += smooth_before[0];
-        // Linearised about the replaced heading, the yaw of one flight comes out 3 % worse.
+        // Because of the linearisation about the replaced heading, the yaw error of one flight is 3 % larger.
         assert!(smooth_after[0] < after[0] && smooth_after[1] < 1.05 * after[1], "{off_deg}");
     }
-    // Carried back across the replacement, the ratio is 0.88.
+    // If corrections were carried back across the replacement, the ratio would be 0.88.
     assert!(smoothed_mps < 0.85 * filtered_mps, "{smoothed_mps} of {filtered_mps}");
 }

@@ -116,7 +116,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
         satellites: None,
     };
     let mut filter = Ekf::<L, N>::new(EkfConfig::default(), Mounting::default(), start);
-    // The first fix opens states; from then on the dense form contains all steps.
+    // The first fix resets variances of states; from then on the dense form contains all steps.
     let _ = filter.update_gps(&fix(0.0));
     let first = *filter.covariance();
     let mut both = Both::<L, N> { deeds: Vec::new(), smoother: Smoother::with_capacity(200) };
@@ -154,13 +154,13 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
     let smoothed = both.smoother.smooth();
     assert_eq!(smoothed.len(), 200);
 
-    // Forward: one epoch for each propagation and all steps before the next.
+    // Forward pass: one epoch for each propagation and all steps before the next propagation.
     struct Epoch<const N: usize> {
         phi: SMatrix<f64, N, N>,
         predicted: (SVector<f64, N>, SMatrix<f64, N, N>),
         filtered: (SVector<f64, N>, SMatrix<f64, N, N>),
-        /// The estimate at a sample, its number and its solution; `None` where only the parameters advanced in time,
-        /// before a measurement.
+        /// The estimate at a sample, with the sample's number and its solution. `None` where only the parameters
+        /// advanced in time, before a measurement.
         sampled: Option<(SVector<f64, N>, usize, Solution)>,
     }
     let mut x = SVector::<f64, N>::zeros();
@@ -195,7 +195,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
     }
     assert!(updates >= 60);
 
-    // Backward: Rauch, Tung and Striebel.
+    // Backward pass: Rauch, Tung and Striebel.
     let (mut x, mut p) = epochs.last().unwrap().filtered;
     for k in (0..epochs.len()).rev() {
         let epoch = &epochs[k];

@@ -2,10 +2,10 @@
 
 use std::env;
 
-/// Options that a single flight cannot have; each but the last has a value.
+/// Options that a single flight cannot have; each except the last has a value.
 const OF_CAMPAIGN: [&str; 4] = ["--flights", "--seed", "--shard", "--no-report"];
 
-/// The command of this campaign as the user gave it, for the flight of one seed, which is to be appended.
+/// The command of this campaign as the user gave it. The option for the flight of one seed is to be appended.
 pub fn command() -> String {
     of(env::args().skip(1))
 }

@@ -79,7 +79,7 @@ pub struct Arguments {
     no_report: bool,
 }
 
-/// The share of the flights that this machine flies.
+/// The fraction of the flights that this machine flies: shard K of N.
 #[derive(Clone, Copy)]
 struct Shard {
     own: u64,
@@ -98,7 +98,7 @@ impl FromStr for Shard {
     }
 }
 
-/// A spread in the form NAME=SHARE.
+/// A relative error of a property, in the form NAME=SHARE.
 #[derive(Clone)]
 struct Spread {
     name: String,

@@ -37,7 +37,8 @@ pub fn in_words(campaign: &Campaign, results: &[CampaignResult], again: &str) ->
     text
 }
 
-/// The crashed flights, a line each, the seeds of the others that failed, and the command that flies one again.
+/// The crashed flights, a line each, the seeds of all other failed flights, and the command that flies one of them
+/// again.
 fn failed(results: &[CampaignResult], again: &str) -> String {
     let crashed = || results.iter().filter_map(|own| Some((own.draw.seed, own.cause()?)));
     let mut text: String = crashed()

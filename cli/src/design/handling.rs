@@ -4,14 +4,14 @@ use hovernav_design::{CheckedDesign, HandlingQualities};
 
 use hovernav_pages::{Axis, Figure, Role, Row, Section, Series, Table, TableRow};
 
-/// Level 1 limits for large helicopters in hover: rejection bandwidth of phi, theta, psi, rad/s, and rejection peak,
-/// dB.
+/// Level 1 limits of the rejection bandwidth of phi, theta, psi, rad/s, for large helicopters in hover.
 ///
 /// # Source
 /// Blanken, Lusardi, Ivler, Tischler and others (2009), *An investigation of rotorcraft stability-phase margin
 /// requirements in hover*, AHS 65th Forum. The numbers are quoted from other papers and were not checked against this
-/// one.
+/// paper.
 const LEVEL_1_RADPS: [f64; 3] = [0.9, 0.5, 0.7];
+/// Level 1 limit of the rejection peak, dB, from the same source as [`LEVEL_1_RADPS`].
 const LEVEL_1_PEAK_DB: f64 = 5.0;
 
 /// Handling qualities of the attitude loops, next to the limits for large helicopters.

@@ -7,7 +7,7 @@ use hovernav_model::StateSpace;
 
 use hovernav_pages::{Axis, Figure, Role, Row, Section, Series};
 
-/// One figure per loop: margins of four loops in one chart are unreadable.
+/// The frequency responses, with one figure per loop: margins of four loops in one chart are unreadable.
 pub fn frequency_responses(checked: &CheckedDesign) -> anyhow::Result<Section> {
     let nyquist = PI / checked.design.period_s;
     let frequencies = logarithmic_frequencies(0.02, nyquist, 400);
@@ -22,7 +22,7 @@ pub fn frequency_responses(checked: &CheckedDesign) -> anyhow::Result<Section> {
     for channel in &checked.margins.channels {
         let model: StateSpace = checked.closed.channel(&channel.name)?;
         let response = bode(&model, &channel.name, 0, &frequencies)?;
-        // The phase is shown in the turn of the crossover, where the margin is read.
+        // The phase is shown within the turn of 360° that contains the crossover, where the margin is read.
         let crossover = channel.phase.map_or(1.0, |phase| phase.frequency_radps);
         let at = frequencies.partition_point(|&frequency| frequency < crossover);
         let turns = response.get(at).map_or(0.0, |(_, phase)| ((phase + 180.0) / 360.0).round());

@@ -261,9 +261,10 @@ fn closed_loop(checked: &CheckedDesign) -> Section {
     with_responses(section, &checked.limited, true)
 }
 
-/// Names of the lines of one colour, from the top row to the bottom row.
+/// Names of the lines of each colour; a name lists its line in each row, from top to bottom.
 const NAMES: [&str; 4] =
     ["p, roll, u, lateral", "q, pitch, v, longitudinal", "r, heading, w, collective", "pedal"];
+/// Colours of the lines, in the order of [`NAMES`].
 const ROLES: [Role; 4] = [Role::First, Role::Second, Role::Third, Role::Fourth];
 
 fn with_responses(

@@ -5,7 +5,8 @@ use hovernav_design::{ChannelMargins, CheckedDesign};
 
 use hovernav_pages::{Section, Table, TableRow};
 
-/// The requirements of the search next to the results. An unmet requirement was traded for the others.
+/// The requirements of the search next to the results. An unmet requirement is a compromise with the other
+/// requirements.
 pub fn wanted(checked: &CheckedDesign, search: &Search, wanted: &Wanted) -> Section {
     let back = |names: &[&str], wanted_s: f64| {
         let own = checked.responses.iter().filter(|own| names.contains(&own.state.as_str()));

@@ -74,7 +74,7 @@ fn alignment(
     Ok(assignments(language, before, &value))
 }
 
-/// One line per setting of a notch, assigned to its field below `place`.
+/// One line per setting of a notch, assigned to its field of the structure `place`.
 fn notch_lines(place: &str, notch: &NotchConfig) -> String {
     let [frequency, width, least] =
         [notch.frequency_hz, notch.width_hz, notch.least_hz].map(number);

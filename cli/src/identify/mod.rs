@@ -25,9 +25,10 @@ pub struct Arguments {
     /// A dataset directory with controls.csv, or a flight record
     log: PathBuf,
     /// Part of the helicopter to model: yaw, heave, roll-pitch, flapping (roll and pitch with flapping), hybrid (10
-    /// states with flapping), hover (8 states without flapping), r50 (13 states with stabiliser bar and yaw gyro)
-    #[arg(long, default_value_t = Kind::Hybrid, value_name = "MODEL")]
-    model: Kind,
+    /// states with flapping), hover (8 states without flapping, also for multirotors), r50 (13 states with stabiliser
+    /// bar and yaw gyro) [default: hybrid, or hover for a flight without flapping]
+    #[arg(long, value_name = "MODEL")]
+    model: Option<Kind>,
     /// Signal to read as the vehicle's input, as in RATE, RCIN or vehicle_torque_setpoint [default: the nearest to the
     /// actuators that moves]
     #[arg(long, value_name = "NAME")]
@@ -97,7 +98,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut summary = Summary::new(log, &dataset, &forward, &found, held, verdict.clone());
     summary.warn(sentences(&denied));
     summary.ask_frequency(frequency.as_ref());
-    summary.warn(flight_warnings(&flight, arguments.model));
+    summary.warn(flight_warnings(&flight, found.kind));
     let pattern = vehicle.step_taken_for_rate(found.identified.period_s);
     summary.warn(pattern.iter().map(ToString::to_string));
 
@@ -134,7 +135,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The default directory, next to that of `hovernav estimate` for the same log, whose files have the same names.
+/// The default directory. It differs from the directory of `hovernav estimate` for the same log, because the names of
+/// the files are the same.
 fn default_out(log: &Path) -> PathBuf {
     Path::new("out").join(output::name_of(log) + "-identify")
 }

@@ -25,7 +25,7 @@ pub struct EventSummary {
     pub time_s: f64,
     pub level: &'static str,
     pub kind: String,
-    /// The sensor or part that caused the event.
+    /// The sensor or function that caused the event.
     pub part: String,
     pub text: String,
 }

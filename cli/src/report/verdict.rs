@@ -16,12 +16,13 @@ const TOGETHER_S: f64 = 2.5;
 const CLOSING_S: f64 = 0.25;
 /// Minimum silence, s, at the end of a record that the verdict mentions.
 const SILENT_S: f64 = 0.5;
-/// Time, s, before the end in which the vehicle's motion shows how the flight ended. The vehicle counts as upset above
-/// this tilt, rad, or this sink rate, m/s, which no hover and no landing reaches.
+/// Time, s, before the end in which the vehicle's motion shows how the flight ended.
 const ENDING_S: f64 = 2.0;
+/// Tilt, rad, above which the vehicle counts as upset. No hover and no landing reaches it.
 const UPSET_RAD: f64 = 0.5;
+/// Sink rate, m/s, above which the vehicle counts as upset. No hover and no landing reaches it.
 const UPSET_MPS: f64 = 4.0;
-/// Number of cycles of which one may be late.
+/// Number of cycles among which one late cycle is acceptable.
 const LATE_IN: usize = 1000;
 
 /// Input of the verdict in addition to the record.
@@ -141,12 +142,12 @@ fn upset_at_the_end(record: &Record) -> Option<(Level, String)> {
     })
 }
 
-/// The events of the flight proper: from its first solution to the silence of all lines.
+/// The events of the flight itself: from its first solution to the silence of all lines.
 pub fn of_flight(record: &Record) -> impl Iterator<Item = &RecordedEvent> {
     let start = record.solutions.first().map_or(record.end, |solution| solution.time);
     let end = lines_end(record).map_or(record.end, |end| end + -CLOSING_S);
     record.events.iter().filter(move |event| {
-        // Before alignment, a missing sensor loses nothing; only critical events count.
+        // Before alignment, a missing sensor has no effect on the flight; only critical events count.
         event.time <= end && (event.time >= start || event.level == EventLevel::Critical)
             || event.kind == "untried_gains"
     })
@@ -169,7 +170,7 @@ fn event_reasons(record: &Record) -> Vec<(Level, String)> {
     kinds.sort_by(|(_, a), (_, b)| b.level.cmp(&a.level).then(a.time.cmp(&b.time)));
     kinds
         .into_iter()
-        // A gate is meant to reject an occasional measurement.
+        // An occasional rejected measurement is normal for a gate.
         .filter(|(count, event)| event.kind != "innovation_rejected" || *count > 2)
         .map(|(count, event)| {
             let level = if event.level == EventLevel::Critical { Level::Bad } else { Level::Care };

@@ -19,7 +19,7 @@ use crate::arguments::{FORCED, HELICOPTER, designed_for_another, flown, refuse_u
 use crate::output;
 use crate::summary::InWords as _;
 
-/// Share of the progress bar for the flight itself.
+/// Fraction of the progress bar for the flight itself.
 const FLYING: f64 = 0.75;
 
 /// The flight configuration of the arguments.
@@ -110,7 +110,7 @@ pub fn record(
     warnings: Vec<String>,
     started: Instant,
 ) -> anyhow::Result<()> {
-    // Steps are seconds of flight; the estimation adds the remaining share of steps.
+    // The steps of the bar are seconds of flight; the estimation adds the remaining fraction of steps.
     let bar = output::bar((config.duration_s / FLYING).ceil() as usize);
     let flight = config.fly_with(|second| bar.set_position(second as u64))?;
     let (mut dataset, truth) = flight.dataset();

@@ -8,8 +8,9 @@ use hovernav_sim::FlightEvent;
 
 use crate::arguments::{finite, second};
 
-/// Start of the first test input, and pause after each, s.
+/// Start of the first test input, s.
 const FIRST_S: f64 = 30.0;
+/// Pause after each test input, s.
 const PAUSE_S: f64 = 8.0;
 
 /// Test input in the form `STICK=KIND[:SIZE[:S]][@SECOND]`.

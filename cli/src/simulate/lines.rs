@@ -59,7 +59,7 @@ struct Turnaround {
     longest: f64,
 }
 
-/// Gap between servo packets, s, that is reported. The servos switch to pass-through at 0.2 s.
+/// Shortest gap between servo packets, s, that is reported. The servos switch to pass-through at 0.2 s.
 const LONG_GAP_S: f64 = 0.1;
 
 /// The regularity of the servo packets, with the likely cause of gaps.

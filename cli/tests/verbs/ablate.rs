@@ -11,7 +11,8 @@ fn ablate(arguments: &[&str], out: &Path) -> Output {
     command.arg("ablate").args(arguments).arg("--out").arg(out).output().unwrap()
 }
 
-/// An ablation that was interrupted within a line of a run continues, and ends with the bytes of a whole one.
+/// An ablation that was interrupted within a line of a run continues. Its results equal, byte for byte, those of an
+/// uninterrupted ablation.
 #[test]
 fn an_interrupted_ablation_continues_to_the_same_results() {
     let out = tempfile::tempdir().unwrap();

@@ -97,7 +97,7 @@ fn a_crashed_flight_is_listed_with_its_cause_and_recorded_on_request() {
     assert!(words.contains("lateral jams") && summary["failures"]["lateral jams"].is_object());
     let page = fs::read_to_string(out.join("report.html")).expect("a page");
     assert!(page.contains("<section id=\"crashes\">") && page.contains(cause));
-    // The command that is printed and in the summary flies that seed again; the page names its option.
+    // The command that is printed and in the summary flies this seed again; the page names its option.
     let again = crash["again"].as_str().expect("a command");
     assert_eq!(again, format!("hovernav {} --record {seed}", own.join(" ")));
     assert!(words.contains(again), "{words}");

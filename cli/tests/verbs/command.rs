@@ -38,7 +38,7 @@ fn terminal_summary_and_page_state_the_same_verdict() {
     let reason = verdict["reasons"][0].as_str().expect("a reason");
     assert!(reason.contains("outage") && words.contains(&format!("  - {reason}")), "{words}");
     assert_eq!(words.matches(reason).count(), 1, "{words}");
-    // The page has escaped quotes and the like; its first words have none.
+    // The page escapes quotes and similar characters; the first words of the reason contain none of them.
     assert!(page.contains(&reason[..30]), "{reason}");
     let findings = summary["findings"].as_array().expect("findings");
     let outage = findings.iter().find(|one| one["kind"] == "outage").expect("an outage");

@@ -53,8 +53,8 @@ pub fn designed() -> &'static Path {
     &DESIGNED
 }
 
-/// `examples/loop.toml` with every path in `directory`, which then contains a designed autopilot, and the records in its
-/// folder `records`.
+/// Configuration `examples/loop.toml` with every path in `directory`. The directory then contains a designed autopilot,
+/// and the records are in its folder `records`.
 pub fn example(directory: &Path, records: &str) -> String {
     let at = |name: &str| directory.join(name).display().to_string();
     fs::create_dir(directory.join("design")).unwrap();
@@ -80,7 +80,7 @@ pub fn summary(out: &Path) -> Value {
     serde_json::from_str(&text).expect("valid JSON")
 }
 
-/// Asserts that a summary has the keys of every summary, and `more`.
+/// Asserts that a summary has the keys that every summary has, and the keys in `more`.
 #[track_caller]
 pub fn assert_keys(summary: &Value, more: &[&str]) {
     const ALWAYS: [&str; 8] = [

@@ -31,7 +31,7 @@ fn the_thesis_design_is_reproduced_and_replaced() {
     let summary = summary(&out);
     assert!(summary["closed_loop_spectral_radius"].as_f64().expect("a number") < 1.0);
     for stick in ["lateral", "longitudinal", "collective", "pedal"] {
-        // With the lag of the servo in the loop.
+        // The phase margin includes the lag of the servo.
         let phase_deg = summary["margins"][stick]["phase_deg"].as_f64().expect("a number");
         assert!(phase_deg >= 45.0, "{stick}: {phase_deg}");
     }
@@ -192,7 +192,7 @@ fn an_identified_model_without_its_verdict_is_refused_and_one_by_hand_is_not() {
     let expected = "found the covariance of identified parameters and no verdict";
     assert_refused(&design, expected);
     assert_refused(&["simulate", "--model", text(&model), "--out", text(&dir)], expected);
-    // Any one of the traces of an identification is sufficient.
+    // One of the results of an identification is sufficient to recognise an identified model.
     let slopes =
         "slopes = [{ parameter = \"Nr\", row = \"r\", column = \"r\", slope = 1.0 }]\nstates = [";
     fs::write(&model, with_parameters.replacen("states = [", slopes, 1)).expect("writable");
@@ -237,7 +237,7 @@ fn a_model_with_a_sign_that_no_helicopter_has_is_refused_unless_forced() {
         fs::write(&model, by_hand.replacen(from, to, 1)).expect("writable");
         assert_refused(&design, expected);
     }
-    // The matrices of the last model are those of the vehicle.
+    // The matrices of the last model are equal to those of the vehicle.
     let words = succeeds(&[&design[..], &["--force"]].concat());
     assert!(words.contains("the model must not be flown: parameters: found Nr 3.7"), "{words}");
     let page = fs::read_to_string(dir.join("report.html")).expect("a page");
@@ -346,7 +346,7 @@ fn a_weight_that_is_none_is_refused_with_its_key_and_a_delay_that_is_omitted_is_
     let shipped = include_str!("../../../crates/model/src/data/raptor60.toml");
     let delay = "parameters = [{ name = \"tau_ped\", value = 0.4, unit = \"s\" }]\nstates = [";
     fs::write(&late, shipped.replacen("states = [", delay, 1)).expect("writable");
-    // Without this line, the tail servo lag is the model's delay, up to the limit of the design.
+    // Without this line, the lag of the tail servo is the delay of the model, up to the limit of the design.
     fs::write(&weights, "tail_servo_s = 0.0133\n").expect("writable");
     let arguments = design(text(&late));
     let words = succeeds(&arguments.each_ref().map(String::as_str));

@@ -28,8 +28,8 @@ fn files(directory: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Runs the command with each of the limits in `most`. It must fail with status 1 and name `file` and the cause. All
-/// files in `out` must then be complete.
+/// Runs the command with each of the limits in `most`. The command must fail with status 1 and name `file` and the
+/// cause. All files in `out` must then be complete.
 #[track_caller]
 fn leaves_nothing_cut(out: &Path, arguments: &[&str], most: &[u64], file: &str) {
     for &most in most {
@@ -73,7 +73,7 @@ fn a_page_that_does_not_fit_leaves_the_one_before_it() {
     let arguments = ["estimate", HELI, "--out", text(&out)];
     let before = "the page of an earlier run";
     fs::write(out.join("report.html"), before).expect("writable");
-    // The rows fit, the page with its script does not.
+    // The rows fit on the disk, but the page with its script does not.
     let run = on_a_full_disk(3 << 20, &arguments);
     let message = String::from_utf8_lossy(&run.stderr).into_owned();
     assert_eq!(run.status.code(), Some(1), "{message}");
@@ -95,7 +95,7 @@ fn settings_are_written_whole_or_not_at_all() {
     for form in ["rust", "c", "postcard"] {
         let out = place(&format!("full-emit-{form}"));
         let arguments = ["estimate", HELI, "--no-report", "--emit", form, "--out", text(&out)];
-        // The solution does not fit either: the error names that file.
+        // The solution does not fit on the disk either: the error names that file.
         leaves_nothing_cut(&out, &arguments, &[0, 512], "");
     }
 }
@@ -108,7 +108,7 @@ fn a_design_and_its_page_are_written_whole_or_not_at_all() {
     let weights = place("full-design-weights").join("weights.toml");
     fs::write(&weights, "").expect("writable");
     let arguments = ["design", "raptor60", "--weights", text(&weights), "--out", text(&out)];
-    // Only the page does not fit. A design is slow, so only one limit is tested.
+    // Only the page does not fit on the disk. A design is slow, so only one limit is tested.
     leaves_nothing_cut(&out, &arguments, &[1 << 16], "report.html");
 }
 
@@ -128,7 +128,7 @@ fn a_copy_with_faults_is_written_whole_or_not_at_all() {
     leaves_nothing_cut(&out, &arguments, &[0, 1 << 12], "");
 }
 
-/// A full disk at the start of a flight, as after a restart in the air: the flight goes on, with a message.
+/// The disk is full at the start of a flight, as after a restart in the air: the flight continues, with a message.
 #[cfg(feature = "fly")]
 #[test]
 fn a_flight_without_room_for_its_record_flies_on_unless_the_record_is_required() {

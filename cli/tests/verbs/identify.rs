@@ -2,9 +2,11 @@
 
 use std::fs;
 use std::path::PathBuf;
+use std::process::Command;
 
-use approx::assert_abs_diff_eq;
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use hovernav_model::{StateSpace, TimeDomain};
+use hovernav_testing::shared;
 use serde_json::Value;
 
 use crate::common::{
@@ -73,6 +75,38 @@ fn an_identification_leaves_a_model_a_summary_and_a_page() {
     }
     for head in ["Nped", "bound %", "insensitivity %", "noise floor", "held GPS fit %"] {
         assert!(words.contains(head), "{head}: {words}");
+    }
+}
+
+#[test]
+#[ignore = "a minute: 330 s at 200 Hz"]
+fn a_quadcopter_is_identified_without_flapping() {
+    let Some(packed) = shared("cases/identification/sid.bin.gz") else { return };
+    let truth = shared("cases/identification/truth.json").expect("beside the log");
+    let truth: Value = serde_json::from_slice(&fs::read(truth).expect("it is there")).unwrap();
+    let out = place("identify-quadcopter");
+    let log = out.join("sid.bin");
+    let unpacked = Command::new("gzip").arg("-dc").arg(packed).output().expect("gzip runs");
+    fs::write(&log, unpacked.stdout).expect("it can be written");
+    succeeds(&["identify", text(&log), "--no-report", "--out", text(&out)]);
+
+    let summary = summary(&out);
+    assert_eq!(summary["model"], "hover");
+    assert_eq!(summary["verdict"], "good");
+    let value = |name: &str| {
+        let parameters = summary["parameters"].as_array().expect("a list");
+        let own = parameters.iter().find(|own| own["name"] == name);
+        own.and_then(|own| own["value"].as_f64()).expect(name)
+    };
+    let is = |name: &str| truth[name].as_f64().expect(name);
+    for name in ["Llat", "Nr", "Nped", "Zcol"] {
+        assert_relative_eq!(value(name), is(name), max_relative = 0.05);
+    }
+    // A positive longitudinal stick pitches the nose down.
+    assert_relative_eq!(-value("Mlon"), is("Mlon_per_pitchout"), max_relative = 0.05);
+    for stick in ["lat", "lon", "col", "ped"] {
+        assert_abs_diff_eq!(value(&format!("lag_{stick}")), is("motor_lag_s"), epsilon = 0.008);
+        assert_abs_diff_eq!(value(&format!("tau_{stick}")), is("delay_s"), epsilon = 0.005);
     }
 }
 

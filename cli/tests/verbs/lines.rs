@@ -31,7 +31,7 @@ fn send(signal: &str, program: &Child) {
     assert!(asked.unwrap().success());
 }
 
-/// Independent of the machine's load: the test waits for ten seconds of flight, however long that takes.
+/// The result does not depend on the machine's load: the test waits for ten seconds of flight, for any wall time.
 #[test]
 fn two_commands_fly_together_and_leave_a_record_a_dataset_and_pages() {
     let directory = place("two-commands");
@@ -142,7 +142,7 @@ fn a_simulation_that_no_flight_computer_opens_ends_after_its_duration() {
     let config = config.display().to_string();
     let message = last_line(&["simulate", "--lines", "--config", &config, "--duration", "1"]);
     assert!(message.contains("no flight computer opened all lines within 1 s"), "{message}");
-    // An unwritable output is found before the flight.
+    // An unwritable output is reported before the flight.
     let under_a_file = format!("{config}/truth");
     let asked = ["simulate", "--lines", "--config", &config, "--out", &under_a_file];
     let message = last_line(&asked);

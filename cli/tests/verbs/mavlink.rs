@@ -1,4 +1,4 @@
-//! A flight and a ground station that others wrote: pymavlink, the library of MAVProxy.
+//! A flight and a ground station of another project: pymavlink, the library of MAVProxy.
 #![cfg(all(feature = "fly", target_os = "linux"))]
 
 use std::fs;
@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use crate::common::place;
 
-/// The ground station: prints what failed, and `done` at the end.
+/// The ground station as a Python program: it prints every failed check, and `done` at the end.
 const STATION: &str = r#"
 import sys, time
 from pymavlink import mavutil

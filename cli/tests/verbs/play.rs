@@ -9,7 +9,7 @@ use crate::common::{HELI, hovernav, place};
 use hovernav::dmu::{Flow, Link, LinkAction, Mode};
 use hovernav_fly::serial::{Clock, Port, PortConfig, Read};
 
-/// The command when it is ready, and its further output.
+/// The command after it has reported that it is ready, and the rest of its output.
 fn play(place: &Path, more: &[&str]) -> (Child, impl Iterator<Item = String>) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_hovernav"))
         .args(["play", HELI, "--dmu"])

@@ -93,7 +93,7 @@ fn a_converted_record_is_a_dataset_like_any_other() {
         succeeds(&["estimate", text(&path), "--out", text(&out), "--no-report"]);
         summary(&out)
     });
-    // Tables are ordered by time and the record by the loop, so the alignment may end one sample apart.
+    // The tables are ordered by time and the record by the loop, so the alignments may differ by one sample.
     for key in ["imu_samples", "gps_fixes_used"] {
         assert_eq!(of_dataset[key], of_record[key], "{key}");
     }

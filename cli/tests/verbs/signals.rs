@@ -71,7 +71,7 @@ fn armed_flight(name: &str, error: Stdio) -> (Child, std::path::PathBuf) {
 #[test]
 fn one_stray_ctrl_c_does_not_end_the_flight_of_an_armed_vehicle() {
     let (mut flight, directory) = armed_flight("stray", Stdio::piped());
-    // Two that are further apart than 2 s are two stray ones.
+    // Two signals more than 2 s apart count as two separate signals, and do not end the flight.
     for _ in 0..2 {
         send(&["INT"], &flight);
         thread::sleep(Duration::from_millis(2500));

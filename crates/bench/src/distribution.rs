@@ -79,8 +79,9 @@ impl Times {
 /// distort the times.
 pub struct Pace(Instant);
 
-/// Durations of work and rest.
+/// Duration of work between two rests.
 const WORK: Duration = Duration::from_millis(100);
+/// Duration of a rest.
 const REST: Duration = Duration::from_millis(10);
 
 impl Pace {
@@ -88,7 +89,7 @@ impl Pace {
         Self(Instant::now())
     }
 
-    /// Rests if it is due; called between two timed calls.
+    /// Rests if a rest is due; call it between two timed calls.
     pub fn rest(&mut self) {
         if self.0.elapsed() > WORK {
             std::thread::sleep(REST);

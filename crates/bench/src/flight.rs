@@ -11,8 +11,11 @@ use crate::PERIOD_S;
 
 /// Cycles between two fixes.
 pub const FIX_EVERY: u64 = 33;
+/// Speed of the vehicle, m/s.
 const SPEED_MPS: f64 = 3.0;
+/// Turn rate of the vehicle, rad/s.
 const TURN_RADPS: f64 = 0.2;
+/// Gravity, m/s².
 const GRAVITY_MPS2: f64 = 9.806;
 
 /// The flight, evaluated cycle by cycle.

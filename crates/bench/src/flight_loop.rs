@@ -30,7 +30,7 @@ use crate::receiver::nav_pvt;
 
 /// Cycles before the timing starts: start-up, alignment, and readiness of the autopilot.
 const WARM_UP: u64 = 1_000;
-/// Time from the request for a packet to its last byte, s.
+/// Time from the request for a packet to the last byte of the packet, s.
 const ANSWER_S: f64 = 0.008;
 /// Ticks of the inertial unit's timer per period.
 const TICKS: u16 = (PERIOD_S / 0.79e-6) as u16;
@@ -41,7 +41,7 @@ struct Computer {
     flight: FlightLoop,
 }
 
-/// The part of the flight computer that receives the sensor data.
+/// The state of the flight computer that receives the sensor data.
 struct FlightLoop {
     estimator: Estimator<WithoutHeightAids, 26>,
     stepless: SteplessSolution,
@@ -145,7 +145,7 @@ impl FlightLoop {
         }
     }
 
-    /// Pilot, control, servos and telemetry.
+    /// One cycle of pilot input, control, servo output and telemetry.
     fn fly(&mut self, pilot: &[u8], now: Time) {
         self.capture.receive(pilot, now);
         let solution = self.solution;

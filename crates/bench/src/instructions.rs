@@ -21,7 +21,7 @@ use crate::kernels::{ATTITUDE_EVERY, WHOLE_CYCLE, arms, covariance, settled, tra
 /// A piece of work whose instructions are counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Work {
-    /// Its name, as in [`Timed`](crate::Timed).
+    /// Name of the work, as in [`Timed`](crate::Timed).
     pub name: &'static str,
     /// States of the filter.
     pub states: usize,
@@ -62,7 +62,7 @@ impl Work {
 
     fn on<L: Layout<N>, const N: usize>(self, times: u64, works: bool) -> Result<(), String> {
         let (mut filter, mut flight) = settled::<L, N>()?;
-        // In a whole cycle the attitude must be due.
+        // In a whole cycle the attitude update must be due.
         let passed = if self.name == WHOLE_CYCLE { ATTITUDE_EVERY } else { 0 };
         let now = 1_000 + passed;
         for cycle in 1_000..now {
@@ -170,7 +170,7 @@ mod tests {
 
     const COUNTED: &str = "instructions::tests::the_work_that_is_counted";
 
-    /// The last three arguments, which match no test name, are index, repetitions, and whether to do the work.
+    /// The last three command arguments are index, repetitions, and whether to do the work; they match no test name.
     #[test]
     #[ignore = "the test below runs and counts it"]
     fn the_work_that_is_counted() {

@@ -24,7 +24,7 @@ const RANGE_EVERY: u64 = 2;
 /// Name of the whole cycle: a sample, the attitude and the fix if due, and the solution.
 pub const WHOLE_CYCLE: &str = "sample, all due, solution";
 
-/// A filter in mid-flight, with its flight.
+/// A filter in mid-flight, and the flight that it follows.
 pub fn settled<L: Layout<N>, const N: usize>() -> Result<(Ekf<L, N>, Flight), String> {
     let mut flight = Flight::new()?;
     let mut estimator = Estimator::<L, N, f64, NoHeadingSearch>::with_layout(Flight::config());
@@ -177,7 +177,7 @@ fn time<L: Layout<N>, const N: usize>(
         time: times.distribution(clock_ns),
         instructions: None,
     };
-    // A layout without the states of a sensor has no times for it.
+    // Sensors whose states the layout lacks have no times.
     Ok(all.into_iter().map(timed).filter(|timed| timed.time.calls > 0).collect())
 }
 

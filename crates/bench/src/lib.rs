@@ -25,9 +25,9 @@ pub const PERIOD_S: f64 = 0.0303;
 pub struct Timed {
     /// Name.
     pub name: &'static str,
-    /// Number of error states of the filter; 0 without a filter.
+    /// Number of error states of the filter; 0 for work without a filter.
     pub states: usize,
-    /// Its time.
+    /// Distribution of the execution time.
     pub time: Distribution,
     /// Instructions per call, if counted.
     pub instructions: Option<u64>,
@@ -46,7 +46,7 @@ pub struct Report {
     pub clock_ns: f64,
     /// Prediction, each update, and the dense textbook form of both.
     pub steps: Vec<Timed>,
-    /// The body of the loop: decode, estimate, control, servos, telemetry, record.
+    /// The work of one cycle of the loop: decode, estimate, control, servos, telemetry, record.
     pub cycle: Timed,
     /// The worst case among the tested inputs.
     pub worst: Worst,

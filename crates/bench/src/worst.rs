@@ -130,7 +130,7 @@ impl Inputs {
 
 type Flown = Estimator<Full, 28, f64, NoHeadingSearch>;
 
-/// The minimum time over many repetitions from the same state, ns.
+/// The minimum of the time over many repetitions from the same state, ns.
 fn least(from: &Flown, events: &[Event], clock_ns: f64) -> f64 {
     let mut least = f64::INFINITY;
     let mut estimator = Box::new(from.clone());

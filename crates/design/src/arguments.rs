@@ -50,7 +50,7 @@ pub(super) fn check_symmetric(
     Ok(())
 }
 
-/// As [`check_symmetric`], and rejects eigenvalues below zero, or also at zero where `strictly`.
+/// As [`check_symmetric`], and rejects eigenvalues below zero. With `strictly` it also rejects eigenvalues of zero.
 pub(super) fn check_definite(
     matrix: &'static str,
     values: &DMatrix<f64>,

@@ -23,17 +23,17 @@ pub struct CheckedDesign {
     pub design: HoverDesign,
     /// Gains of the autopilot.
     pub gains: Gains,
-    /// The closed loop, cut at the actuators for the margins.
+    /// The closed loop, broken at the actuators for the margins.
     pub closed: Loop,
     /// Stability margins of the loop.
     pub margins: Margins,
-    /// Margins in every flight mode, cut at the actuators; `None` where the mode is unstable.
+    /// Margins in every flight mode, with the loops broken at the actuators; `None` where the mode is unstable.
     pub modes: Vec<(FlightMode, Option<Margins>)>,
     /// Lag of the estimator in the design, or the typical lag if the design includes none.
     pub lag: EstimatorLag,
     /// Smallest margins of each flight mode, dB and °, without and with [`lag`](Self::lag).
     pub by_lag: Vec<[(f64, f64); 2]>,
-    /// Margins in the mode that holds velocity, cut at the measurements.
+    /// Margins in the mode that holds velocity, with the loops broken at the measurements.
     pub at_outputs: Option<Margins>,
     /// Handling qualities of phi, theta and psi in the mode that holds attitude.
     pub handling: Vec<HandlingQualities>,
@@ -49,13 +49,13 @@ pub struct CheckedDesign {
     pub responses: Vec<DisturbanceResponse>,
     /// Responses to [`TABLE_6_1`] in closed loop, with the autopilot's limits on stick travel and rate.
     pub limited: Vec<DisturbanceResponse>,
-    /// Cost of a notch before the estimator, if there is one; the margins include it.
+    /// Phase loss by a notch before the estimator, if the design has a notch. The margins include it.
     pub notch: Option<NotchCost>,
     /// Gusts of the analysis.
     pub gusts: Gusts,
     /// Responses to the gusts in the modes that hold velocity and position; unstable modes are omitted.
     pub in_gusts: Vec<(FlightMode, GustResponse)>,
-    /// The thesis's own design, if the model is the one printed there.
+    /// The design printed in the thesis, if the model is the one printed there.
     pub printed: Option<CheckedPrintedDesign>,
     /// Warnings for the reader, one sentence each.
     pub warnings: Vec<String>,
@@ -72,8 +72,9 @@ pub struct CheckedPrintedDesign {
     pub spectral_radii: [f64; 2],
 }
 
-/// Margins below which a loop causes a warning.
+/// Gain margin, dB, below which a loop causes a warning.
 const LEAST_GAIN_DB: f64 = 6.0;
+/// Phase margin, °, below which a loop causes a warning.
 const LEAST_PHASE_DEG: f64 = 45.0;
 /// Longest acceptable recovery from a disturbance, s.
 const LONGEST_S: f64 = 8.0;
@@ -237,8 +238,8 @@ impl CheckedDesign {
         })
     }
 
-    /// The flight mode and loop with the weakest margins relative to the required 6 dB and 45°; `None` where every mode
-    /// is unstable. An unstable mode is worse than any margin; [`modes`](Self::modes) lists it.
+    /// The flight mode and loop with the weakest margins relative to the required 6 dB and 45°. Unstable modes have no
+    /// margins and are not considered; [`modes`](Self::modes) lists them. `None` where every mode is unstable.
     #[must_use]
     pub fn weakest(&self) -> Option<(FlightMode, &ChannelMargins)> {
         let of_modes = self.modes.iter().filter_map(|(mode, own)| Some((*mode, own.as_ref()?)));
@@ -250,7 +251,8 @@ impl CheckedDesign {
         channels.min_by(|(_, one), (_, other)| part(one).total_cmp(&part(other)))
     }
 
-    /// The design with the cost of a notch, whose delay the design includes as its [`notch_s`](HoverDesign::notch_s).
+    /// The checked design with the phase loss by `notch`. The design must include the delay of the notch in its
+    /// [`notch_s`](HoverDesign::notch_s).
     #[must_use]
     pub fn with_notch(mut self, notch: NotchCost) -> Self {
         if notch.delay_s == 0.0 {
@@ -265,7 +267,8 @@ impl CheckedDesign {
     }
 }
 
-/// Warnings about a disturbance, from its responses without limits of the sticks, `linear`, and with them, `within`.
+/// Warnings about the response to one disturbance. `linear` is the response without stick limits, `within` the response
+/// with stick limits.
 fn of_limits(linear: &DisturbanceResponse, within: &DisturbanceResponse) -> Vec<String> {
     let DisturbanceResponse { state, size, .. } = linear;
     let [free_s, within_s] = [linear, within].map(|own| own.recovered_s(0.05));

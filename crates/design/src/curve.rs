@@ -31,7 +31,7 @@ impl<'a, T, F: Fn(f64) -> Option<T>> Curve<'a, T, F> {
         self.at_grid.first()?.as_ref()
     }
 
-    /// Zeros of `read` applied to the values, between the points of the grid, by bisection.
+    /// Frequencies between the points of the grid at which `read` of the value is zero, by bisection.
     pub fn zeros(&self, read: impl Fn(&T) -> f64) -> Vec<f64> {
         let is_below = |value: &T| read(value) < 0.0;
         let mut found = Vec::new();
@@ -56,8 +56,8 @@ impl<'a, T, F: Fn(f64) -> Option<T>> Curve<'a, T, F> {
         found
     }
 
-    /// Maximum of `read` applied to the values: the grid's maximum, refined by golden-section search between its
-    /// neighbours.
+    /// Maximum over frequency of `read` of the value. The maximum on the grid is refined by golden-section search
+    /// between its two neighbours.
     pub fn peak(&self, read: impl Fn(&T) -> f64) -> Peak {
         let read = |value: Option<&T>| value.map_or(f64::NEG_INFINITY, &read);
         let values: Vec<f64> = self.at_grid.iter().map(|value| read(value.as_ref())).collect();

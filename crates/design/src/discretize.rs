@@ -8,8 +8,8 @@ use hovernav_model::{Signal, StateSpace, TimeDomain};
 
 /// The exact discrete model of `model` behind a zero-order hold at `period_s`, with its inputs delayed by `delay_s`.
 ///
-/// The delay may be a whole number of periods, a fraction of one, or both. Inputs in transit become states after the
-/// model's own, with names such as `lateral_1_ago`.
+/// The delay may be any number of periods, also a fraction of one. Delayed inputs that have not acted yet become states
+/// after those of the model, with names such as `lateral_1_ago`.
 ///
 /// # Errors
 /// [`DesignError::Range`] for a period that is not above zero or a delay below zero, and
@@ -52,7 +52,8 @@ pub fn zero_order_hold(
     Ok(held)
 }
 
-/// A model over a period in two parts: first the older input acts, then the newer.
+/// A model with held and delayed inputs over one period. First the older input acts, then the newer. The extended state
+/// consists of the model's state and the stored past inputs.
 pub(super) struct Hold<'a> {
     model: &'a StateSpace,
     period_s: f64,
@@ -91,7 +92,7 @@ impl<'a> Hold<'a> {
         (self.model.states().len(), self.model.inputs().len())
     }
 
-    /// Matrix that selects state and acting input, n + m, from the whole state and the new input.
+    /// Matrix that selects the model's state and the acting input, n + m, from the extended state and the new input.
     fn pick(&self, stage: usize) -> DMatrix<f64> {
         let (n, m) = self.sizes();
         let whole = n + self.stages * m;
@@ -102,17 +103,17 @@ impl<'a> Hold<'a> {
         pick
     }
 
-    /// Matrix that gives state and input of the first part.
+    /// Matrix that selects the state at the start of the period and the older input.
     pub fn early(&self) -> DMatrix<f64> {
         self.pick(self.whole + 1)
     }
 
-    /// Matrix that gives the state at the start of the period and the input of the second part.
+    /// Matrix that selects the state at the start of the period and the newer input.
     fn late(&self) -> DMatrix<f64> {
         self.pick(self.whole)
     }
 
-    /// Matrix that gives the state at the start of the second part and its input.
+    /// Matrix that gives the state at the time the newer input starts to act, and this input.
     fn late_from_its_start(&self) -> Result<DMatrix<f64>, DesignError> {
         let mut late = self.late();
         if self.early_s > 0.0 {
@@ -123,7 +124,7 @@ impl<'a> Hold<'a> {
         Ok(late)
     }
 
-    /// A and B of the whole discrete model.
+    /// A and B of the discrete model with the extended state.
     ///
     /// # Source
     /// Equation (L6) of docs/equations.md.
@@ -142,7 +143,7 @@ impl<'a> Hold<'a> {
         Ok((both.columns(0, size).into_owned(), both.columns(size, m).into_owned()))
     }
 
-    /// The continuous cost xᵀQx + uᵀRu over one period, as a quadratic form of whole state and input.
+    /// The continuous cost xᵀQx + uᵀRu over one period, as a quadratic form of the extended state and the new input.
     pub fn cost(&self, q: &DMatrix<f64>, r: &DMatrix<f64>) -> Result<DMatrix<f64>, DesignError> {
         let late = self.late_from_its_start()?;
         let form = integral(self.model, q, r, self.period_s - self.early_s);
@@ -161,7 +162,7 @@ fn held(model: &StateSpace, time_s: f64) -> Result<DMatrix<f64>, DesignError> {
     Ok(side_by_side(&held.a, &held.b))
 }
 
-/// A and B above zeros: the generator of state and held input.
+/// The matrix [A B; 0 0], the generator of the state and the held input.
 fn generator(model: &StateSpace) -> DMatrix<f64> {
     let (n, m) = (model.states().len(), model.inputs().len());
     let mut generator = DMatrix::zeros(n + m, n + m);

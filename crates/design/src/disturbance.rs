@@ -58,8 +58,8 @@ impl DisturbanceResponse {
         }
     }
 
-    /// Time from which the disturbed state itself stays within `share` of its disturbance, s; `None` if it does not
-    /// settle by the end.
+    /// Time from which the disturbed state stays below the fraction `share` of its disturbance, s; `None` if it does
+    /// not settle by the end.
     #[must_use]
     pub fn recovered_s(&self, share: f64) -> Option<f64> {
         let row = DISTURBED.iter().position(|name| *name == self.state)?;
@@ -93,7 +93,7 @@ impl DisturbanceResponse {
     }
 }
 
-/// A NaN counts as outside.
+/// Whether `value` is outside ±`band`. A NaN counts as outside.
 fn is_beyond(value: f64, band: f64) -> bool {
     value.is_nan() || value.abs() > band
 }
@@ -108,7 +108,7 @@ fn largest<const N: usize>(rows: &[[f64; N]]) -> [f64; N] {
     most
 }
 
-/// Index of the disturbed state in [`DISTURBED`], and an empty response with its times.
+/// Index of the disturbed state in [`DISTURBED`], and a response with its times but no samples yet.
 pub(super) fn followed(
     (state, size): (&str, f64),
     duration_s: f64,
@@ -137,17 +137,17 @@ pub(super) fn followed(
 
 /// A linear system without external inputs, and its outputs.
 pub(super) struct FreeResponse<'a> {
-    /// Transition from one row to the next.
+    /// Transition matrix over `interval_s`.
     pub step: &'a DMatrix<f64>,
     pub interval_s: f64,
-    /// Indices of the states of [`DISTURBED`].
+    /// Index in this system of each state of [`DISTURBED`].
     pub states: [usize; 9],
     /// Sticks, −1…1, as a function of the state, 4×n.
     pub sticks: &'a DMatrix<f64>,
 }
 
 impl FreeResponse<'_> {
-    /// Response from `size` in `state`, with all else at trim.
+    /// Response to an initial value `size` of `state`, with all other states at trim.
     pub fn respond(
         &self,
         state: &str,

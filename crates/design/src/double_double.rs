@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-/// A sum stored as two numbers that do not overlap.
+/// A sum stored as a high and a low number, whose digits do not overlap.
 ///
 /// # Source
 /// Ogita, Rump and Oishi, *Accurate sum and dot product*, 2005.
@@ -27,14 +27,14 @@ impl Sum {
     }
 }
 
-/// A matrix whose elements are stored as two numbers each.
+/// A matrix whose elements are stored as a high and a low number each.
 pub(super) struct DoubleDouble {
     pub high: DMatrix<f64>,
     low: DMatrix<f64>,
 }
 
 impl DoubleDouble {
-    /// A matrix known to working precision only.
+    /// A matrix in working precision, with low numbers of zero.
     pub fn of(high: DMatrix<f64>) -> Self {
         let low = DMatrix::zeros(high.nrows(), high.ncols());
         Self { high, low }
@@ -57,7 +57,7 @@ impl DoubleDouble {
         Self { high, low }
     }
 
-    /// The sum of this and `sign` times `left`ᵀ times `right`, with `left` in working precision.
+    /// This matrix plus `sign` · `left`ᵀ · `right`, with `left` in working precision.
     pub fn plus_product(&self, sign: f64, left: &DMatrix<f64>, right: &Self) -> Self {
         Self::from_sums(self.high.nrows(), self.high.ncols(), |row, column| {
             let mut sum = Sum { high: self.high[(row, column)], low: self.low[(row, column)] };
@@ -73,7 +73,7 @@ impl DoubleDouble {
         })
     }
 
-    /// The sum of this and `sign` times `other`.
+    /// This matrix plus `sign` · `other`.
     pub fn plus(&self, sign: f64, other: &Self) -> Self {
         Self::from_sums(self.high.nrows(), self.high.ncols(), |row, column| {
             let mut sum = Sum { high: self.high[(row, column)], low: self.low[(row, column)] };

@@ -37,12 +37,12 @@ pub enum DesignError {
         /// The matrix.
         matrix: &'static str,
     },
-    /// A weight or covariance is not sufficiently definite.
+    /// A weight or covariance is not positive definite or semidefinite, as the problem requires.
     #[error("{matrix}: found the eigenvalue {eigenvalue}, expected none {bound}")]
     NotDefinite {
         /// The matrix.
         matrix: &'static str,
-        /// Its lowest eigenvalue.
+        /// Lowest eigenvalue of the matrix.
         eigenvalue: f64,
         /// `"below 0"` or `"at or below 0"`.
         bound: &'static str,
@@ -61,7 +61,7 @@ pub enum DesignError {
     NotStabilisable {
         /// Real part of the mode.
         re: f64,
-        /// Imaginary part.
+        /// Imaginary part of the mode.
         im: f64,
         /// Smallest singular value of the pencil at the mode.
         singular_value: f64,
@@ -77,7 +77,7 @@ pub enum DesignError {
     UnstableLoop {
         /// Real part of the mode.
         re: f64,
-        /// Imaginary part.
+        /// Imaginary part of the mode.
         im: f64,
     },
     /// A number is out of its range.
@@ -90,20 +90,20 @@ pub enum DesignError {
         /// Value expected.
         expected: &'static str,
     },
-    /// The unit of an input is not one of a stick.
+    /// The unit of an input is not a stick unit.
     #[error("input {input}: found the unit {unit}, expected \"stick\" (-1 to 1) or \"percent\"")]
     InputUnit {
         /// The input.
         input: String,
-        /// Its unit.
+        /// Unit found.
         unit: String,
     },
-    /// The unit of a state differs from that of the design's equations: its values would be misinterpreted.
+    /// The unit of a state differs from the unit in the design's equations, which would misinterpret its values.
     #[error("state {state}: found the unit {unit}, expected {expected}")]
     StateUnit {
         /// The state.
         state: String,
-        /// Its unit.
+        /// Unit found.
         unit: String,
         /// Unit expected.
         expected: &'static str,
@@ -113,7 +113,7 @@ pub enum DesignError {
     Surplus {
         /// The file.
         path: PathBuf,
-        /// Position of the surplus weight.
+        /// Location of the surplus weight in the file.
         place: String,
     },
     /// A file of weights cannot be read, or is not a design.
@@ -121,7 +121,7 @@ pub enum DesignError {
     Toml(#[from] TomlError),
 }
 
-/// A number in short notation: a large one without its 300 digits.
+/// Text of a number. Numbers from 1e6 on have exponential notation, because they may have 300 digits.
 fn written(value: f64) -> String {
     if value.is_finite() && value.abs() >= 1e6 { format!("{value:e}") } else { value.to_string() }
 }

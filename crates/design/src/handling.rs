@@ -29,14 +29,15 @@ pub struct HandlingQualities {
     pub phase_delay_s: Option<f64>,
 }
 
-/// Lowest frequency, rad/s, and the number of frequencies.
+/// Lowest frequency, rad/s.
 const LOWEST_RADPS: f64 = 0.02;
+/// Number of frequencies.
 const FREQUENCIES: usize = 800;
 /// Highest frequency of a continuous loop, rad/s.
 const HIGHEST_RADPS: f64 = 300.0;
 
 impl HandlingQualities {
-    /// Handling qualities of `output` of a loop cut at its outputs, with all others closed.
+    /// Handling qualities of `output` of a loop broken at its outputs, with all other outputs closed.
     ///
     /// A command enters at the measurement of the output, so the response to it is one minus the sensitivity.
     ///

@@ -2,7 +2,7 @@
 //!
 //! [`care`] and [`dare`] solve the Riccati equations without LAPACK. [`lqr`], [`sampled_lqr`] and [`kalman`] compute
 //! gains from them. [`zero_order_hold`] discretises a continuous model. [`reachability`] analyses controllability;
-//! [`bode`], [`step_response`] and [`root_locus`] the response of a loop; and [`Loop::margins`] its stability margins.
+//! [`bode`], [`step_response`] and [`root_locus`] compute responses. [`Loop::margins`] computes stability margins.
 //! [`hover`] combines these into the gains of the [`autopilot`](hovernav::autopilot). [`thesis`] is the design printed
 //! by Paw (2005).
 

@@ -12,7 +12,8 @@ use hovernav_model::{StateSpace, TimeDomain};
 /// A state feedback u = −K x with its properties.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Regulator {
-    /// The model for which the gain was computed; for a sampled design the discrete one, including inputs in transit.
+    /// The model for which the gain was computed. For a sampled design it is the discrete model, including delayed
+    /// inputs as states.
     pub model: StateSpace,
     /// K, one row per input, one column per state of [`model`](Self::model).
     pub gain: DMatrix<f64>,
@@ -27,8 +28,8 @@ pub struct Regulator {
 /// The gain that minimises ∫ xᵀQx + uᵀRu dt for a continuous model.
 ///
 /// # Errors
-/// [`DesignError`]: a discrete model, an indefinite Q, an R that is not positive, NaN, inconsistent shapes, a mode that
-/// cannot be stabilised.
+/// [`DesignError`] for a discrete model, an indefinite Q, an R that is not positive, NaN, inconsistent shapes, or an
+/// unstabilisable mode.
 ///
 /// ```
 /// use hovernav_design::lqr;
@@ -69,10 +70,11 @@ pub fn discrete_lqr(
     Regulator::new(model.clone(), solution.gain, solution.x, solution.residual)
 }
 
-/// The gain at `period_s` that minimises the continuous cost ∫ xᵀQx + uᵀRu dt, including the motion between samples,
-/// for held inputs with a delay of `delay_s`.
+/// The gain at `period_s` for held inputs with a delay of `delay_s`. It minimises the continuous cost ∫ xᵀQx + uᵀRu dt,
+/// including the motion between samples.
 ///
-/// With a delay the gain also feeds back the inputs in transit; see [`zero_order_hold`] for their order.
+/// With a delay the gain also feeds back the delayed inputs that have not acted yet; see [`zero_order_hold`] for their
+/// order.
 ///
 /// # Errors
 /// As [`lqr`] and [`zero_order_hold`].
@@ -115,11 +117,12 @@ impl Regulator {
     }
 }
 
-/// The steady Kalman gain L, n×p, and the covariance P of the corresponding state.
+/// The steady-state Kalman gain L, n×p, and the covariance P of the error of the estimated state.
 ///
-/// `process` is n×n: the density of the noise on ẋ for a continuous model, its covariance per step for a discrete one.
-/// `measurement` is p×p, the density or covariance of the noise on y. For a continuous model L corrects ẋ̂ by L(y −
-/// Cx̂) and P is that of x̂. For a discrete one L corrects the prediction, and P is that of the prediction.
+/// `process`, n×n, is the noise on ẋ: its density for a continuous model, its covariance per step for a discrete model.
+/// `measurement`, p×p, is the density or covariance of the noise on y. For a continuous model L corrects ẋ̂ by L(y −
+/// Cx̂), and P is the covariance for x̂. For a discrete model L corrects the predicted state, and P is the covariance
+/// for this prediction.
 ///
 /// # Errors
 /// [`DesignError`] as [`lqr`], with inputs and outputs exchanged: an undamped mode that is not observable is rejected.

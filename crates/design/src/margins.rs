@@ -12,8 +12,8 @@ use super::response::logarithmic_frequencies;
 use hovernav_model::linalg::{complex, eigenvalues};
 use hovernav_model::{FrequencySweep, Signal, StateSpace, TimeDomain};
 
-/// A loop with negative feedback, cut open. L leads from the signal into the cut to minus the returning signal, with as
-/// many outputs as inputs.
+/// A loop with negative feedback, broken at some signals. L is the response from the signals injected at the break to
+/// minus the returning signals. It has as many outputs as inputs.
 #[derive(Clone, Debug)]
 pub struct Loop {
     open: StateSpace,
@@ -32,11 +32,11 @@ impl PartialEq for Loop {
 pub struct Crossing {
     /// The frequency, rad/s.
     pub frequency_radps: f64,
-    /// The margin: a factor of gain, or a phase in rad.
+    /// The margin: a gain factor, or a phase in rad.
     pub margin: f64,
 }
 
-/// Margins of one channel, with the loop cut there and all other channels closed.
+/// Margins of one channel, with the loop broken there and all other channels closed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelMargins {
     /// Name of the channel.
@@ -45,7 +45,8 @@ pub struct ChannelMargins {
     pub gain_up: Option<Crossing>,
     /// Factor below one by which the gain may decrease; `None` for a decrease to zero.
     pub gain_down: Option<Crossing>,
-    /// Smallest phase change, of either sign, that destabilises the loop, rad; `None` where the loop gain never is one.
+    /// Smallest phase change, of either sign, that destabilises the loop, rad; `None` where the loop gain never equals
+    /// one.
     pub phase: Option<Crossing>,
     /// Smallest additional delay that destabilises the loop, s.
     pub delay_s: Option<f64>,
@@ -82,8 +83,8 @@ impl Crossing {
 pub struct Margins {
     /// Margins of each channel.
     pub channels: Vec<ChannelMargins>,
-    /// Disk margin α with simultaneous changes of all channels: each may change by any (1 + αδ/2)/(1 − αδ/2), |δ| < 1,
-    /// and the loop stays stable. The value is a lower bound, by diagonal scaling.
+    /// Disk margin α for simultaneous changes of all channels. The loop stays stable if each channel is multiplied by
+    /// any factor (1 + αδ/2)/(1 − αδ/2) with |δ| < 1. The value is a lower bound from diagonal scaling.
     pub disk: Peak,
     /// Maximum singular value of the sensitivity (I + L)⁻¹.
     pub sensitivity: Peak,
@@ -92,7 +93,7 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// Factors between which all gains may vary simultaneously, by the disk margin.
+    /// Factors between which all gains may vary simultaneously according to the disk margin.
     #[must_use]
     pub fn disk_gain(&self) -> [f64; 2] {
         let alpha = self.disk.value;
@@ -100,15 +101,15 @@ impl Margins {
         [((2.0 - alpha) / (2.0 + alpha)).max(0.0), highest]
     }
 
-    /// Phase by which all channels may vary simultaneously, rad, by the disk margin.
+    /// Phase, rad, by which all channels may vary simultaneously according to the disk margin.
     #[must_use]
     pub fn disk_phase_rad(&self) -> f64 {
         2.0 * (0.5 * self.disk.value).atan()
     }
 }
 
-/// Gain factor, 120 dB, above which a gain margin counts as unlimited. At zero frequency an integral has no finite
-/// gain, and the computed value is rounding.
+/// Gain factor, 120 dB, above which a gain margin counts as unlimited. An integral has infinite gain at zero frequency,
+/// so the value computed there is only rounding error.
 const ANY_GAIN: f64 = 1e6;
 /// Number of points of the first search over frequency.
 const GRID: usize = 1500;
@@ -117,7 +118,7 @@ const GRID: usize = 1500;
 type Sensitivity = DMatrix<Complex<f64>>;
 
 impl Loop {
-    /// The loop of `plant` under state feedback u = −K x, cut at the plant's inputs; `gain` is m×n.
+    /// The loop of `plant` under state feedback u = −K x, broken at the plant's inputs; `gain` is m×n.
     ///
     /// # Errors
     /// [`DesignError::Shape`] and [`DesignError::NotFinite`].
@@ -129,12 +130,11 @@ impl Loop {
         Ok(Self::cut(open))
     }
 
-    /// The loop of `plant` under a `controller` from the plant's outputs to u, u = −(controller) y,
-    /// cut at the plant's inputs.
+    /// The loop of `plant` under a `controller` with u = −(controller) y, broken at the plant's inputs.
     ///
     /// # Errors
-    /// [`DesignError::Shape`] where inputs and outputs do not meet, [`DesignError::Model`] where the two
-    /// are in different time domains.
+    /// [`DesignError::Shape`] where the numbers of inputs and outputs do not match, [`DesignError::Model`] where the
+    /// two are in different time domains.
     pub fn at_plant_input(
         plant: &StateSpace,
         controller: &StateSpace,
@@ -146,7 +146,7 @@ impl Loop {
         Self { open, sweep: OnceLock::new() }
     }
 
-    /// The loop cut at the plant's outputs, for disturbance rejection.
+    /// The loop broken at the plant's outputs, for disturbance rejection.
     ///
     /// # Errors
     /// As [`Loop::at_plant_input`].
@@ -166,7 +166,7 @@ impl Loop {
     /// Eigenvalues of the closed loop.
     ///
     /// # Errors
-    /// [`DesignError::Singular`] where I + D is.
+    /// [`DesignError::Singular`] where I + D is singular.
     pub fn closed_poles(&self) -> Result<Vec<Complex<f64>>, DesignError> {
         let m = self.open.inputs().len();
         let around = (DMatrix::identity(m, m) + self.open.d()).lu();
@@ -190,7 +190,7 @@ impl Loop {
         }
     }
 
-    /// The loop at its input `name`: cut there, with every other channel closed. One input, one output.
+    /// The loop broken at its input `name` only, with every other channel closed. It has one input and one output.
     ///
     /// # Errors
     /// [`ModelError::Unknown`](hovernav_model::ModelError::Unknown), and [`DesignError::Singular`] where
@@ -201,7 +201,7 @@ impl Loop {
         let others: Vec<usize> = (0..open.inputs().len()).filter(|&other| other != own).collect();
         let direct =
             |rows: &[usize], columns: &[usize]| open.d().select_rows(rows).select_columns(columns);
-        // The inputs of the others are u = −y, with y their outputs: u = −back x − through u_own.
+        // The other channels have the inputs u = −y, with y their outputs: u = −back x − through u_own.
         let around =
             (DMatrix::identity(others.len(), others.len()) + direct(&others, &others)).lu();
         let singular = DesignError::Singular { matrix: "I + D" };
@@ -242,7 +242,7 @@ impl Loop {
             .collect();
         let sensitivity = curve.peak(largest_singular_value);
         let complementary = curve.peak(|s| largest_singular_value(&(identity(s) - s)));
-        // S − T over 2, whose structured singular value is the inverse of the disk margin.
+        // (S − T)/2, whose structured singular value is the inverse of the disk margin.
         let half = Complex::new(0.5, 0.0);
         let size = curve.peak(|s| scaled_singular_value(&(s - identity(s) * half)));
         let disk = Peak { frequency_radps: size.frequency_radps, value: 1.0 / size.value };
@@ -315,6 +315,9 @@ impl Loop {
         around.try_inverse()
     }
 
+    /// Margins of one channel, with all other channels closed.
+    ///
+    /// # Source
     /// Equation (L13) of docs/equations.md.
     fn channel_margins(
         &self,
@@ -347,7 +350,8 @@ impl Loop {
                 margins.gain_down = Some(crossing);
             }
         };
-        // Where the loop is real by symmetry, it touches the axis without crossing it.
+        // At zero and the Nyquist frequency the loop is real by symmetry. It touches the real axis there without
+        // crossing it.
         let nyquist = match self.open.time() {
             TimeDomain::Continuous => None,
             TimeDomain::Discrete { period_s } => Some(PI / period_s),

@@ -7,7 +7,7 @@ use super::error::DesignError;
 use super::response::bode;
 use hovernav_model::StateSpace;
 
-/// Gain and phase margin that a loop must keep in combination: 6 dB and 45°.
+/// Gain margin, dB, and phase margin, °, that a loop must keep in combination.
 pub const ZONE: (f64, f64) = (6.0, 45.0);
 
 /// A loop on a Nichols chart.
@@ -47,7 +47,7 @@ impl Nichols {
         Ok(Self { curve, disk })
     }
 
-    /// Factors between which the loop's gain may vary by its disk margin, for any phase within
+    /// Factors between which the loop's gain may vary according to its disk margin, for any phase within
     /// [`disk_phase_deg`](Self::disk_phase_deg).
     #[must_use]
     pub fn disk_gain(&self) -> [f64; 2] {
@@ -55,7 +55,8 @@ impl Nichols {
         [(1.0 - half) / (1.0 + half), (1.0 + half) / (1.0 - half)]
     }
 
-    /// Phase variation, °, by the disk margin, for any gain within [`disk_gain`](Self::disk_gain).
+    /// Phase, °, by which the loop may vary according to its disk margin, for any gain within
+    /// [`disk_gain`](Self::disk_gain).
     #[must_use]
     pub fn disk_phase_deg(&self) -> f64 {
         2.0 * (0.5 * self.disk.value).atan().to_degrees()

@@ -15,14 +15,15 @@ pub struct NotchCost {
     pub config: NotchConfig,
     /// Sample rate of the filtered inertial unit, Hz.
     pub imu_hz: f64,
-    /// Delay of motion that is slow compared with the notch, s; 0 for a notch that cannot remove the rotor.
+    /// Delay of motion much slower than the notch frequency, s; 0 for a notch that cannot remove the rotor's vibration.
     pub delay_s: f64,
     /// For each loop its name, its crossover, rad/s, and the phase lost there, rad.
     pub at_crossover: Vec<(String, f64, f64)>,
 }
 
 impl NotchCost {
-    /// Effect of `config` on samples of an inertial unit at `imu_hz`, without loops yet.
+    /// Delay that the notch `config` causes on samples of an inertial unit at `imu_hz`. [`on`](Self::on) adds the phase
+    /// loss of the loops.
     ///
     /// # Errors
     /// [`DesignError::Range`] for an invalid notch, or a rate outside 5 Hz to 10 kHz.
@@ -55,15 +56,17 @@ impl NotchCost {
     }
 }
 
-/// Delay of the notch, s, and its phase lag at `radps`, rad, from the settled response to a sine by least squares.
+/// Delay of the notch, s, and its phase lag at `radps`, rad. Both come from a least-squares fit of the settled response
+/// to a sine.
 fn answer(config: NotchConfig, imu_hz: f64, radps: f64) -> (f64, f64) {
-    /// Number of periods evaluated, and time constants of the notch before them.
+    /// Number of periods evaluated.
     const PERIODS: f64 = 2.0;
+    /// Number of time constants of the notch before the evaluated periods.
     const SETTLING: f64 = 20.0;
     let mut notch = Notch::new(config);
     let settled_s = SETTLING / (PI * config.width_hz);
     let last = ((settled_s + PERIODS * 2.0 * PI / radps) * imu_hz).ceil() as u64;
-    // Products of the output with cosine and sine, and of these with each other.
+    // Sums of products for the least squares: output with cosine and sine; cosine and sine with each other.
     let (mut onto, mut own) = ([0.0; 2], [0.0; 3]);
     for k in 0..=last {
         let time_s = k as f64 / imu_hz;

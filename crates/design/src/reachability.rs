@@ -49,6 +49,9 @@ pub fn observability(model: &StateSpace, horizon_s: f64) -> Result<Reachability,
     analysed(&model.a().transpose(), &model.c().transpose(), model.time(), horizon_s)
 }
 
+/// Reachability of the states of the pair (A, B).
+///
+/// # Source
 /// Equation (L11) of docs/equations.md.
 fn analysed(
     a: &DMatrix<f64>,
@@ -74,8 +77,8 @@ fn analysed(
     Ok(Reachability { rank, states, modes, gramian, gramian_eigenvalues })
 }
 
-/// Dimension of the space of B, AB, A²B, …, built block by block in an orthonormal basis, so that powers of A neither
-/// overflow nor vanish.
+/// Dimension of the space spanned by B, AB, A²B, …. An orthonormal basis is built block by block, so that powers of A
+/// neither overflow nor vanish.
 fn rank(a: &DMatrix<f64>, b: &DMatrix<f64>) -> usize {
     let n = a.nrows();
     let mut basis = DMatrix::zeros(n, 0);
@@ -110,7 +113,7 @@ fn pencil_distance(a: &DMatrix<f64>, b: &DMatrix<f64>, mode: Complex<f64>) -> f6
     pencil.singular_values().iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// First mode that is both undamped and uncontrollable, with its distance.
+/// First mode that is both undamped and uncontrollable, with its smallest singular value of [λI − A, B].
 pub(super) fn unstabilisable_mode(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -144,7 +147,7 @@ pub(super) fn gramian(
     let spread = b * b.transpose();
     match time {
         TimeDomain::Continuous => {
-            // Doubled from a short time, for which the exponential is well conditioned.
+            // The horizon is doubled from a short time, for which the exponential is well conditioned.
             let mut doublings = 0;
             let mut short_s = horizon_s;
             while short_s * a.norm() > 1.0 && doublings < 60 {

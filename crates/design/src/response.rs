@@ -18,7 +18,7 @@ pub fn logarithmic_frequencies(lowest_radps: f64, highest_radps: f64, count: usi
 }
 
 /// Magnitude, dB, and phase, °, continuous over the frequencies, from one input to one output. NaN at the frequency of
-/// a mode.
+/// an undamped mode.
 ///
 /// # Errors
 /// [`ModelError::Unknown`](hovernav_model::ModelError::Unknown) for an input that the model does not have,

@@ -1,8 +1,8 @@
 //! The design printed by Paw (2005): continuous gains for a continuous model.
 //!
-//! For reproduction and comparison only, not for flight. Held between samples at 33 Hz it is violently unstable, see
-//! [`PrintedDesign::spectral_radii`]. [`HoverDesign`](super::hover::HoverDesign) designs at the sample rate of the
-//! loop.
+//! The design serves reproduction and comparison only, not flight. With sticks held between samples at 33 Hz it is
+//! violently unstable, see [`PrintedDesign::spectral_radii`]. [`HoverDesign`](super::hover::HoverDesign) designs at the
+//! sample rate of the loop.
 //!
 //! ```
 //! use hovernav_design::thesis::PrintedDesign;
@@ -38,13 +38,17 @@ pub struct PrintedDesign {
     model: StateSpace,
 }
 
-/// Indices of the states of [`DISTURBED`](super::DISTURBED) in the closed loop.
+/// Index in the closed loop of each state of [`DISTURBED`](super::DISTURBED).
 const PLACES: [usize; 9] = [0, 1, 7, 2, 3, 8, 4, 5, 6];
 /// Number of states of the closed loop: p, q, phi, theta, u, v, w, r, psi, and the integral of w.
 const SIZE: usize = 10;
+/// Index of w in the closed loop.
 const W: usize = 6;
+/// Index of r in the closed loop.
 const R: usize = 7;
+/// Index of psi in the closed loop.
 const PSI: usize = 8;
+/// Index of the integral of w in the closed loop.
 const W_INTEGRAL: usize = 9;
 /// Full stick in the unit of the thesis's inputs, percent.
 const FULL_STICK: f64 = 100.0;
@@ -113,7 +117,7 @@ impl PrintedDesign {
         let ([zw, zcol], [kp, ki, kd]) = (self.heave_terms(), self.heave_gains);
         let generator = dmatrix![zw, 0.0, zcol; 1.0, 0.0, 0.0; 0.0, 0.0, 0.0];
         let mut step = exponential(&generator, period_s);
-        // The third state is the held stick, which the gains determine at each sample.
+        // The third state is the held stick, which the gains compute at each sample.
         let command = -dmatrix![kp + kd * zw, ki, kd * zcol];
         let onto = step.column(2) * &command;
         step.column_mut(2).fill(0.0);
@@ -139,7 +143,7 @@ impl PrintedDesign {
         sticks
     }
 
-    /// The whole closed loop, with states p, q, phi, theta, u, v, w, r, psi and the integral of w.
+    /// A of the whole closed loop, with states p, q, phi, theta, u, v, w, r, psi and the integral of w.
     fn generator(&self, sticks: &DMatrix<f64>) -> DMatrix<f64> {
         let mut a = DMatrix::zeros(SIZE, SIZE);
         a.view_mut((0, 0), (8, 8)).copy_from(self.model.a());

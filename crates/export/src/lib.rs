@@ -93,7 +93,7 @@ pub enum ExportError {
     Library(String),
 }
 
-/// Destination of a file.
+/// Output of an export.
 type Out<'w> = Box<dyn Write + Send + 'w>;
 
 /// A file of one format being written.
@@ -107,7 +107,7 @@ trait Sink {
 /// Export of solutions to a file, one at a time, with bounded memory; KML stores the points of five solutions a second.
 pub struct Export<'w> {
     sink: Box<dyn Sink + 'w>,
-    /// Offset of the times, ns.
+    /// Offset that is added to the times, ns.
     later_ns: i64,
 }
 
@@ -137,7 +137,7 @@ impl<'w> Export<'w> {
             ExportFormat::Euroc => Box::new(trajectory::Euroc::new(out)?),
             ExportFormat::Mcap => Box::new(mcap_file::Mcap::new(out)?),
         };
-        // The others keep the log's own clock, as do the data they are compared with.
+        // The other formats keep the log's own clock, like the data with which they are compared.
         let is_dated = matches!(
             format,
             ExportFormat::Kml | ExportFormat::Gpx | ExportFormat::Pos | ExportFormat::Mcap

@@ -1,4 +1,4 @@
-//! Solutions in east, north and up from the first solution, with body axes forward, left and up.
+//! Solutions relative to the first solution in east, north and up, with body axes forward, left and up.
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;

@@ -1,9 +1,9 @@
 //! RTKLIB's solution file.
 //!
 //! # Source
-//! RTKLIB 2.4.2 manual, appendix B.1: latitude, longitude, height; quality 5, a solution from a single receiver, is the
-//! closest to one of an inertial filter; standard deviations north, east, up. Their covariances, in the form of signed
-//! roots, are written as zero.
+//! RTKLIB 2.4.2 manual, appendix B.1: latitude, longitude, height, quality, and standard deviations north, east, up.
+//! Quality 5, a solution from a single receiver, is the closest to the solution of an inertial filter. The covariances,
+//! in the form of signed roots, are written as zero.
 
 use std::io::Write as _;
 

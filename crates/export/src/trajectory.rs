@@ -25,7 +25,7 @@ impl<'w> Tum<'w> {
         Self { out, origin: None }
     }
 
-    /// Writes the head of the file, with the origin of its metres.
+    /// Writes the head of the file, with the origin of the local coordinates.
     fn begin(&mut self, origin: Geodetic) -> Result<Geodetic, ExportError> {
         writeln!(
             self.out,

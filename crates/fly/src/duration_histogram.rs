@@ -63,8 +63,8 @@ impl DurationHistogram {
         self.longest_s
     }
 
-    /// Quantile for the share `part`, 0 to 1, of the durations, s: at most 9 % above the true quantile and never below
-    /// it. 0 without durations.
+    /// Quantile of the durations, s, for the fraction `part`, 0 to 1. It is at most 9 % above the true quantile and
+    /// never below it; 0 without durations.
     #[must_use]
     pub fn quantile_s(&self, part: f64) -> f64 {
         let wanted = (part.clamp(0.0, 1.0) * self.count as f64).ceil() as u64;

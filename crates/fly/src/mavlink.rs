@@ -22,10 +22,11 @@ use states::{current_mode, extended_state, heartbeat};
 
 /// Length of the text in one STATUSTEXT, bytes.
 const TEXT: usize = 50;
-/// Rates of messages without a setting, Hz: states, values for displays; the home position.
+/// Rate, Hz, of the messages with states and values for displays, which have no setting.
 const STATES_HZ: f64 = 1.0;
+/// Rate, Hz, of the home position, which has no setting.
 const HOME_HZ: f64 = 0.2;
-/// The modes of the vehicle, all chosen by the vehicle itself.
+/// The modes of the vehicle. A ground station cannot select one.
 const MODES: [SystemMode; 6] = SystemMode::ALL;
 
 /// Encodes snapshots as numbered messages, each type at its own rate, and answers the requests of ground stations.
@@ -322,7 +323,7 @@ impl Mavlink {
             .velocity_mps?
             .to_array()
             .map(|component| libm::round(component * 100.0) as i16);
-        // Height of mean sea level from the receiver, else 0.
+        // Geoid height from the receiver, m; 0 if unknown.
         let geoid_m = snapshot
             .gps
             .height_m

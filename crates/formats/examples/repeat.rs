@@ -124,7 +124,7 @@ fn clocks(messages: &[Message<'_>]) -> HashMap<u16, Vec<usize>> {
             if kind == "uint64_t" && matches!(name, "timestamp" | "timestamp_sample") {
                 found.push(place);
             }
-            // Times precede nested messages, whose size is unknown here.
+            // The time fields precede nested messages, whose size is unknown here.
             let Some(size) = size(kind) else { break };
             place += size;
         }

@@ -21,7 +21,7 @@ use hovernav_log::{
 /// Largest valid innovation, m, m/s or rad.
 const LARGEST_INNOVATION: f64 = 1e7;
 
-/// Rows of every sensor in file order, each with its `place` in the file: a line or a byte offset.
+/// Rows of every sensor in file order. `place` is the line or byte offset of a row in the file.
 #[derive(Debug)]
 pub(crate) struct Assembly {
     imu: Rows<ImuSample>,
@@ -98,7 +98,7 @@ impl Assembly {
         self.other_remarks.count(why, place);
     }
 
-    /// Adds a fix as the log states it; returns whether it is one.
+    /// Adds a fix as the log states it. Returns whether it is accepted as a fix.
     pub fn fix(&mut self, place: u64, fix: StatedFix) -> bool {
         self.fixes.push(place, fix, &mut self.gps_remarks)
     }
@@ -160,7 +160,7 @@ impl Assembly {
         self.inputs.inject(time, stick, value);
     }
 
-    /// Adds a moment of the onboard estimator, in the order of the file.
+    /// Adds the solution of the onboard estimator at one time, in the order of the file.
     pub fn moment(&mut self, moment: OnboardMoment) {
         let is_sane = |place: &Geodetic| place.is_navigable();
         let moment = OnboardMoment {
@@ -177,7 +177,8 @@ impl Assembly {
         }
     }
 
-    /// Adds an innovation of the onboard estimator, in the order of the file. Exactly zero means no measurement and is ignored.
+    /// Adds an innovation of the onboard estimator, in the order of the file. Exactly zero means no measurement and is
+    /// ignored.
     pub fn innovation(&mut self, innovation: OnboardInnovation) {
         let OnboardInnovation { innovation: size, sigma, .. } = innovation;
         if size != 0.0 && size.abs() <= LARGEST_INNOVATION {
@@ -196,7 +197,7 @@ impl Assembly {
     /// The log with all rows in time order. `onboard` is the name of the onboard estimator.
     ///
     /// # Errors
-    /// [`LogError::Unusable`] without inertial samples and fixes; [`LogError::Clock`] where a clock does not
+    /// [`LogError::Unusable`] without inertial samples and fixes; [`LogError::Clock`] if the times of a clock do not
     /// increase.
     pub fn finish(
         mut self,
@@ -270,7 +271,7 @@ impl Assembly {
     }
 }
 
-/// Moments in time order, those of equal time combined.
+/// Moments in time order; moments of equal time are combined.
 fn merged(mut moments: Vec<OnboardMoment>) -> Vec<OnboardMoment> {
     moments.sort_by_key(|moment| moment.time);
     moments.dedup_by(|later, kept| {

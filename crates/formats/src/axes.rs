@@ -5,14 +5,14 @@ use glam::DQuat;
 use hovernav::frames::Vector;
 use hovernav::frames::{Body, Ned, Rotation};
 
-/// The attitude of a quaternion from forward-right-down to north-east-down, scalar first. `None` if its length
-/// differs from 1 by 0.1 or more.
+/// Attitude from a quaternion that rotates forward-right-down to north-east-down, scalar first. `None` if the
+/// quaternion's length differs from 1 by 0.1 or more.
 pub(crate) fn attitude_frd_ned([w, x, y, z]: [f64; 4]) -> Option<Rotation<Body, Ned>> {
     unit(DQuat::from_xyzw(x, y, z, w)).map(Rotation::claim)
 }
 
-/// The attitude of a quaternion from forward-left-up to east-north-up, scalar first. `None` if its length differs
-/// from 1 by 0.1 or more.
+/// Attitude from a quaternion that rotates forward-left-up to east-north-up, scalar first. `None` if the quaternion's
+/// length differs from 1 by 0.1 or more.
 ///
 /// # Source
 /// REP 103, *Standard Units of Measure and Coordinate Conventions*, section Coordinate Frame Conventions. The two
@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn nose_up_is_positive_pitch_in_all_axes() {
-        // Nose up by 10° turns forward-left-up by −10° about left.
+        // A rotation by −10° about left, in forward-left-up axes, is nose up by 10°.
         let half = 5.0f64.to_radians();
         let attitude = attitude_flu_enu([half.cos(), 0.0, -half.sin(), 0.0]).unwrap().euler();
         assert_abs_diff_eq!(attitude.pitch_rad.to_degrees(), 10.0, epsilon = 1e-9);

@@ -9,9 +9,9 @@ use hovernav_log::LogError;
 pub(crate) struct Bag {
     /// The files in their order.
     pub files: Vec<PathBuf>,
-    /// Names of the files that its metadata lists, but that are missing.
+    /// Names of the files that the bag's metadata lists, but that are missing.
     pub missing: Vec<String>,
-    /// Names of .mcap files that its metadata does not list, and that are not read.
+    /// Names of .mcap files that the bag's metadata does not list. These files are not read.
     pub unlisted: Vec<String>,
 }
 
@@ -19,8 +19,8 @@ pub(crate) struct Bag {
 const PACKED: [&str; 2] = [".zstd", ".zst"];
 
 /// The message files of a ROS 2 bag; `None` for other logs. A bag is a directory with a `metadata.yaml`, or with .mcap
-/// files but no tables: a killed recorder writes no metadata. Only files that the metadata lists are read, if any of
-/// these is there.
+/// files but no tables: a killed recorder writes no metadata. Only files that the metadata lists are read, if at least
+/// one of them exists.
 pub(crate) fn files_of_bag(log: &Path) -> Result<Option<Bag>, LogError> {
     let has = |name: &str| log.join(name).is_file();
     if !log.is_dir() || has("imu.csv") || has("mapping.toml") {
@@ -45,7 +45,7 @@ pub(crate) fn files_of_bag(log: &Path) -> Result<Option<Bag>, LogError> {
     if !has("metadata.yaml") && (messages.is_empty() || is_dataset()) {
         return Ok(None);
     }
-    // A file next to its packed copy.
+    // If a file is next to its packed copy, one of both is read.
     messages.dedup_by_key(|file| plain_name(file));
     let mut missing = listed_in_bag(&log.join("metadata.yaml"));
     let listed = missing.clone();
@@ -75,7 +75,7 @@ fn plain_name(file: impl AsRef<Path>) -> String {
     plain.map_or_else(|| name.clone(), str::to_owned)
 }
 
-/// Names of the files that the `metadata.yaml` of a bag lists, in their order, without the ending of a packed copy.
+/// Names of the files that the `metadata.yaml` of a bag lists, in their order. The ending of a packed copy is removed.
 fn listed_in_bag(metadata: &Path) -> Vec<String> {
     /// Largest metadata that is read, bytes.
     const LARGEST: u64 = 1 << 24;

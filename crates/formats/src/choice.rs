@@ -7,7 +7,7 @@ use hovernav_log::{Dimensions, StatedFix};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Tally {
     pub messages: usize,
-    /// Messages with a measurement that may be used.
+    /// Number of messages with a measurement that may be used.
     pub good: usize,
     /// Digest of the last reading, and the number of messages that have repeated it.
     last: (u64, usize),
@@ -19,7 +19,7 @@ impl Tally {
         Self { messages, good, ..Self::default() }
     }
 
-    /// Counts a message with these values; one of many that repeat the same reading is bad.
+    /// Counts a message with these values. A message is bad if many messages before it have the same reading.
     pub fn count(&mut self, is_good: bool, reading: &[&[f64]]) {
         let mix = |digest: u64, value: &f64| (digest ^ value.to_bits()).wrapping_mul(PRIME);
         let digest = reading.iter().copied().flatten().fold(SEED, mix);
@@ -34,8 +34,9 @@ impl Tally {
         self.messages - self.good
     }
 
-    /// Whether a sensor with this tally replaces an `other` sensor that precedes it. It needs many more good messages.
-    /// More are enough if a large share of the other's messages is bad, or only the other has bad ones.
+    /// Whether a sensor with this tally replaces an `other` sensor that precedes it. It needs more good messages by the
+    /// factor [`MUCH_MORE`]. Any larger number is sufficient if many of the other's messages are bad, or only the other
+    /// has bad ones.
     fn replaces(self, other: Self) -> bool {
         let is_bad = other.bad() as f64 > BAD * other.messages as f64;
         let is_healthy = self.bad() == 0 && other.bad() > 0;
@@ -63,10 +64,11 @@ const MUCH_MORE: f64 = 1.5;
 /// Number of messages with the same reading from which on a sensor is frozen. Loggers that are faster than the sensor
 /// repeat each reading less often.
 const FROZEN: usize = 50;
-/// FNV-1a.
+/// Initial value of the FNV-1a hash.
 const SEED: u64 = 0xCBF2_9CE4_8422_2325;
+/// Factor of the FNV-1a hash.
 const PRIME: u64 = 0x0100_0000_01B3;
-/// Share of bad messages from which on a sensor with more good ones is preferred.
+/// Fraction of bad messages from which on a sensor with more good ones is preferred.
 const BAD: f64 = 0.1;
 
 /// Largest number of names in a sentence.
@@ -88,12 +90,12 @@ impl<K: Copy + PartialEq> Counts<K> {
         Self(sensors.filter(|&(_, tally)| tally.messages > 0).collect())
     }
 
-    /// The sensor to read: the first with the number `wanted`, by `instance`; without `wanted`, the first unless
-    /// another has many more good messages. The second value lists the other sensors, if any, by `name`, with the
-    /// command's `option` that selects one.
+    /// The sensor to read. It is the first with the number `wanted`, by `instance`. Without `wanted`, it is the first,
+    /// unless another has many more good messages. The second value lists the other sensors, if any, by `name`, with
+    /// the command's `option` that selects one.
     ///
     /// # Errors
-    /// A sentence where no sensor has the number `wanted`.
+    /// A sentence if no sensor has the number `wanted`.
     pub fn choose(
         &self,
         (option, wanted): (&str, Option<usize>),
@@ -184,7 +186,7 @@ mod tests {
             (of(0, 1), of(1000, 1), 1),
             (of(300, 1), of(1000, 1), 1),
             (of(300, 1), of(300, 1), 0),
-            // Repeated by a fast logger.
+            // Readings that a fast logger repeats.
             (of(1000, 20), of(1000, 1), 0),
         ] {
             let counts = Counts::new([(0, first), (1, second)].into_iter());

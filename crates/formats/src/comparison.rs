@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use crate::scoring::open_trajectory;
 
-/// Origin of local coordinates without a geographic position. Any origin gives the same differences.
+/// Origin for local coordinates if their position on Earth is unknown. Any origin gives the same differences.
 const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
 
 /// Time over which the motion of two trajectories is compared, s.
@@ -164,7 +164,7 @@ fn no_overlap(path: &Path, other: &str) -> LogError {
     LogError::Unusable { path: path.to_path_buf(), reason }
 }
 
-/// Places all trajectories in common coordinates, and makes their names unique.
+/// Converts all trajectories to common coordinates, and makes their names unique.
 fn place(trajectories: &mut [NamedTrajectory], align: bool) -> Result<(), LogError> {
     let all_are_placed = trajectories.iter().all(|one| one.trajectory.is_placed());
     let mut first_is_local = None;

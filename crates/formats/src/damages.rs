@@ -3,7 +3,8 @@
 /// Number of damages that are described individually.
 const MOST: usize = 5;
 
-/// The first damages of a log, each with its byte offset or line, and the offset from which there are more.
+/// The first damages of a log, each with its byte offset or line. The last entry has the offset or line from which
+/// there are more.
 #[derive(Debug, Default)]
 pub(crate) struct Damages(Vec<(u64, String)>);
 

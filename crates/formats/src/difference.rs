@@ -13,7 +13,7 @@ use hovernav_log::{Apart, Axis, Statistics};
 /// Difference between a solution and the onboard estimator's. Both are estimates; neither is the truth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OnboardDifference {
-    /// The estimator's name.
+    /// Name of the onboard estimator.
     pub name: String,
     /// The first moment compared, s.
     pub from_s: f64,
@@ -23,8 +23,8 @@ pub struct OnboardDifference {
     pub difference: BTreeMap<&'static str, Statistics>,
 }
 
-/// Assumed one-sigma of an onboard estimator north, east, down: position, m, and velocity, m/s. Its height comes from a
-/// barometer, whose error grows over a flight; logs do not state it.
+/// Assumed one-sigma of an onboard estimator north, east, down: position, m, and velocity, m/s. Logs do not state it.
+/// The height comes from a barometer, whose error grows over a flight.
 const OWN_SIGMAS: [f64; 6] = [2.0, 2.0, 4.0, 0.3, 0.3, 0.3];
 
 /// Largest time from a moment to the solution that it is compared with, s.
@@ -58,8 +58,8 @@ impl Onboard {
         apart
     }
 
-    /// Difference of `solutions`, in time order, from the onboard estimator. `None` where no moment has a solution
-    /// within 0.05 s.
+    /// Difference of `solutions`, in time order, from the onboard estimator. `None` if no moment has a solution within
+    /// 0.05 s.
     #[must_use]
     pub fn difference(&self, solutions: &[Solution]) -> Option<OnboardDifference> {
         let mut columns: [Vec<f64>; 10] = Default::default();
@@ -94,8 +94,8 @@ fn nearest(solutions: &[Solution], time: Time) -> Option<&Solution> {
         .filter(|solution| (solution.time - time).abs() <= CLOSE_S)
 }
 
-/// Solution minus moment on each of [`AXES`]; NaN where the moment has no value. The solution's velocity and
-/// angular rate extrapolate its position and attitude to the time of the moment.
+/// Solution minus moment on each of [`AXES`]; NaN if the moment has no value. The solution's velocity and angular rate
+/// extrapolate its position and attitude to the time of the moment.
 fn differences(solution: &Solution, moment: &OnboardMoment) -> [f64; 10] {
     let later_s = moment.time - solution.time;
     let [north, east, down] = moment.position.map_or([f64::NAN; 3], |position| {

@@ -80,7 +80,7 @@ impl Pass {
                 return Ok(Self { run: run.forward, smoothed, denied: run.denied });
             }
         }
-        // The next solution ends the run.
+        // If `progress` reports an error, the next solution ends the run.
         let forward = |done| {
             let _ = step(done);
         };
@@ -93,7 +93,7 @@ impl Pass {
         Ok(Self { run, smoothed: Vec::new(), denied: Vec::new() })
     }
 
-    /// The smoothed solutions, or without them those of the filter.
+    /// The smoothed solutions if there are any, otherwise those of the filter.
     #[must_use]
     pub fn solutions(&self) -> &[Solution] {
         if self.smoothed.is_empty() { &self.run.solutions } else { &self.smoothed }
@@ -124,7 +124,7 @@ pub struct Judged {
 
 impl Log {
     /// Estimates the log, read from `path`, with `changes`. `pass` runs the filter, usually by [`Pass::over`]. It runs
-    /// again if the first pass shows that a heading sensor contradicts the fixes, unless `once`. Of a flight record no
+    /// again if the first pass shows that a heading sensor contradicts the fixes, unless `once`. For a flight record no
     /// sensor is ignored, so that its replay has the sensors of the flight.
     ///
     /// # Errors
@@ -149,7 +149,7 @@ impl Log {
         let config = dataset.settings()?;
         dataset.withhold(changes.outages, changes.gps_rate_hz);
 
-        // The solutions of a record are in memory, and each of them is compared.
+        // All solutions of a flight record stay in memory, because each of them is compared.
         let keep = if leaves_out { Keep::Thinned } else { Keep::All };
         let mut flown = pass(dataset, &config, keep)?;
         if leaves_out && !once {

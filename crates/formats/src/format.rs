@@ -52,7 +52,7 @@ impl Format {
         format!("{article} {self}")
     }
 
-    /// The feature of this crate that reads the format; `None` where no feature is needed.
+    /// The feature of this crate that reads the format; `None` if no feature is needed.
     pub(crate) const fn feature(self) -> Option<&'static str> {
         match self {
             Self::Dataset => None,

@@ -5,9 +5,9 @@ use std::path::Path;
 use hovernav::time::Time;
 use hovernav_log::{ClockSteps, LogError, Remarks, Rows};
 
-/// Sources by their distance from the actuators, the nearest first. Each is what the vehicle responds to, the pilot's
-/// sticks only where no controller acts in between. Outputs of single motors follow those of their mixer: a log with
-/// both has the mixer's more often, and without the curve of a motor's thrust.
+/// Sources by their distance from the actuators, the nearest first. The nearest one is what the vehicle responds to.
+/// The pilot's sticks are that only without a controller in between. Outputs of single motors follow those of their
+/// mixer. If a log has both, those of the mixer are more frequent, and lack the curve of a motor's thrust.
 const NEAREST: [&str; 8] = [
     "RATE",
     "vehicle_torque_setpoint",
@@ -18,17 +18,17 @@ const NEAREST: [&str; 8] = [
     "manual_control_setpoint",
     "RC_CHANNELS",
 ];
-/// Smallest span of a signal that moves, as a part of full travel.
+/// Smallest span of a signal that moves, as a fraction of full travel.
 const LEAST_SPAN: f64 = 2e-3;
-/// Largest input: sticks may exceed 1 where trim is off centre.
+/// Largest valid input; sticks may exceed 1 if trim is off centre.
 const LARGEST: f64 = 2.0;
 /// Longest time, s, from an injected value to the input that contains it.
 const LONGEST_S: f64 = 0.05;
 
-/// Lateral, longitudinal, collective and pedal at a time.
+/// Time, and lateral, longitudinal, collective and pedal inputs.
 type Row = (Time, [f64; 4]);
 
-/// The recorded inputs of a log by their source.
+/// The recorded inputs of a log, by source.
 #[derive(Debug, Default)]
 pub(crate) struct Inputs {
     sources: Vec<(&'static str, Rows<Row>)>,
@@ -41,14 +41,15 @@ pub(crate) struct Inputs {
 /// The inputs of one source.
 pub(crate) struct Chosen {
     pub controls: Vec<Row>,
-    /// As many as `controls`, or empty where nothing was injected.
+    /// Injected inputs, one for each of `controls`; empty if nothing was injected.
     pub injected: Vec<[f64; 4]>,
-    /// The source, and the others, where there are several.
+    /// Sentence on the source that is read and the other sources, if there are several.
     pub note: Option<String>,
 }
 
 impl Inputs {
-    /// Adds a row of the source `name`; one with an implausible value is ignored, as an unconnected stick is common.
+    /// Adds a row of the source `name`. A row with an implausible value is ignored without a warning, because
+    /// unconnected sticks are common.
     pub fn take(&mut self, name: &'static str, place: u64, (time, values): Row) {
         if !values.iter().all(|value| value.abs() <= LARGEST) {
             return;
@@ -70,10 +71,10 @@ impl Inputs {
         }
     }
 
-    /// The wanted source, or else the one nearest to the actuators that moves.
+    /// The wanted source, otherwise the moving source that is nearest to the actuators.
     ///
     /// # Errors
-    /// [`LogError::Unusable`] where the wanted source is absent; [`LogError::Clock`] as for other rows.
+    /// [`LogError::Unusable`] if the wanted source is absent; [`LogError::Clock`] as for other rows.
     pub fn choose(
         mut self,
         path: &Path,
@@ -120,7 +121,8 @@ fn moves(rows: &[Row]) -> bool {
     })
 }
 
-/// The `injected` value at each row of `controls`: the nearest within `LONGEST_S`, else zero. Empty if all are zero.
+/// The `injected` value at each row of `controls`: the nearest within `LONGEST_S`, otherwise zero. Empty if all are
+/// zero.
 fn injected(controls: &[Row], mut injected: Vec<(Time, usize, f64)>) -> Vec<[f64; 4]> {
     if injected.iter().all(|(.., value)| *value == 0.0) {
         return Vec::new();

@@ -4,7 +4,7 @@ use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
-/// Accumulates the share of the time that the intervals of integrated samples cover.
+/// Accumulates the fraction of the time that the intervals of integrated samples cover.
 #[derive(Debug, Default)]
 pub(crate) struct Integrals {
     integrated_s: f64,
@@ -12,13 +12,13 @@ pub(crate) struct Integrals {
     last: Option<Time>,
 }
 
-/// Interval between samples from which on it is a gap, s.
+/// Shortest interval between samples that counts as a gap, s.
 const GAP_S: f64 = 1.0;
-/// Longest interval over which a sample is integrated, s. The filter restarts after a longer one.
+/// Longest interval over which a sample is integrated, s; after a longer one the filter restarts.
 const LONGEST_S: f64 = 60.0;
-/// Smallest share of the time that complete integrals cover.
+/// Smallest covered fraction of the time at which the integrals are complete.
 const WHOLE: f64 = 0.9;
-/// Rate from which on point samples alias little vibration, Hz.
+/// Sample rate above which point samples alias little vibration, Hz.
 const FAST_HZ: f64 = 100.0;
 
 /// Adds a warning about slow point samples.
@@ -44,18 +44,18 @@ impl Integrals {
         }
     }
 
-    /// The share of the time that the intervals of integrated samples cover; `None` for fewer than two samples.
+    /// The fraction of the time that the intervals of integrated samples cover; `None` for fewer than two samples.
     pub fn share(&self) -> Option<f64> {
         (self.spanned_s > 0.0).then(|| self.integrated_s / self.spanned_s)
     }
 
-    /// Whether the integrals cover the time, up to the share [`WHOLE`].
+    /// Whether the integrals cover the time, at least to the fraction [`WHOLE`].
     pub fn are_whole(&self) -> bool {
         self.share().is_some_and(|share| share >= WHOLE)
     }
 }
 
-/// Converts mean rates over the interval before each sample to integrals. After a lost sample, the next one covers
+/// Converts mean rates over the interval before each sample to integrals. After a lost sample, the next sample covers
 /// the longer interval.
 pub(crate) fn integrate(samples: &mut [ImuSample]) {
     let mut last = None;

@@ -10,7 +10,7 @@ use hovernav_record::Record;
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Options {
-    /// Number of the IMU, as the log numbers them. Default: the first, or one with many more samples.
+    /// Number of the IMU, as the log numbers its IMUs. Default: the first, or one with many more samples.
     pub imu: Option<usize>,
     /// Number of the GPS receiver; default as for `imu`.
     pub gps: Option<usize>,
@@ -18,14 +18,14 @@ pub struct Options {
     pub magnetometer: Option<usize>,
     /// Number of the barometer; default as for `imu`.
     pub baro: Option<usize>,
-    /// Name of the signal that moves the vehicle, as in `RATE` or `vehicle_torque_setpoint`. Default: the nearest to
-    /// the actuators that moves.
+    /// Name of the signal that moves the vehicle, as in `RATE` or `vehicle_torque_setpoint`. Default: the moving signal
+    /// that is nearest to the actuators.
     pub input: Option<String>,
-    /// Name of the ROS 2 topic with the receiver's velocity, or `none`. Default: a topic that names a receiver, has
-    /// the frame of the fixes, or has one message per fix.
+    /// Name of the ROS 2 topic with the receiver's velocity, or `none`. Default: a topic with a receiver's name, with
+    /// the frame of the fixes, or with one message per fix.
     pub velocity: Option<String>,
-    /// Largest number of inertial samples of a dataset directory, and of rows of its `controls.csv`, that are kept
-    /// in memory. With more, all stay in their file, see [`Dataset::open_within`]. Default: all in memory, as for
+    /// Largest number of inertial samples of a dataset directory, and of rows of its `controls.csv`, that are kept in
+    /// memory. If there are more, all stay in their file: see [`Dataset::open_within`]. Default: all in memory, as for
     /// every other format.
     pub samples_in_memory: Option<usize>,
 }
@@ -38,10 +38,10 @@ pub struct Log {
     pub format: Format,
     /// Measurements of the sensors.
     pub dataset: Dataset,
-    /// The flight record, where the log is one.
+    /// The flight record, if the log is one.
     #[cfg(feature = "record")]
     pub record: Option<Record>,
-    /// Solution of the onboard estimator, where the log has one.
+    /// Solution of the onboard estimator, if the log contains one.
     pub onboard: Option<Onboard>,
 }
 

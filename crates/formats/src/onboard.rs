@@ -1,4 +1,4 @@
-//! Solution of the onboard estimator during the flight: for comparison, not the truth.
+//! Solution of the onboard estimator during the flight. It is for comparison, and is not the truth.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use hovernav::ekf::{Channel, Innovation, Verdict};
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::time::Time;
 
-/// The solution of the estimator that flew, in time order.
+/// The solution of the estimator that ran during the flight, in time order.
 #[derive(Clone, Debug, Default)]
 pub struct Onboard {
     /// Name of the estimator, such as `EKF2`.
@@ -29,7 +29,7 @@ pub struct OnboardInnovation {
     pub channel: Channel,
     /// Measurement minus prediction, in the unit of the channel: m, m/s or rad.
     pub innovation: f64,
-    /// Expected one-sigma of the innovation, where the log has it.
+    /// Expected one-sigma of the innovation, if the log has it.
     pub sigma: Option<f64>,
 }
 
@@ -49,8 +49,8 @@ pub struct InnovationSize {
     pub count: usize,
     /// Root mean square, m, m/s or rad.
     pub rms: f64,
-    /// Mean square of the innovations divided by their expected one-sigma; 1 for a consistent estimator. `None`
-    /// where the log has no one-sigmas.
+    /// Mean square of the innovations divided by their expected one-sigma; 1 for a consistent estimator. `None` if the
+    /// log has no one-sigmas.
     pub mean_square: Option<f64>,
 }
 

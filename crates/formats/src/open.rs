@@ -14,8 +14,8 @@ use hovernav_record::Record;
 /// Opens `log`; its format is recognised from its content.
 ///
 /// # Errors
-/// [`LogError::Io`] for a failed read. [`LogError::Bytes`] for an unknown format, with the likely type of the file,
-/// or for damage, with the byte offset. [`LogError::MissingFeature`] if this crate was built without the feature for the
+/// [`LogError::Io`] for a failed read. [`LogError::Bytes`] for an unknown format, with the likely type of the file, or
+/// for damage, with the byte offset. [`LogError::MissingFeature`] if this crate was built without the feature for the
 /// format. Otherwise the errors of the format's reader.
 pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
     let in_bag = files_of_bag(log)?;
@@ -65,8 +65,8 @@ pub fn open_bytes(bytes: &[u8], path: &Path, options: &Options) -> Result<Log, L
     read(format, Input { path, bytes: Some(bytes) }, options)
 }
 
-/// Rejects options that the format does not support: a sensor number where a log has one of each, a topic where it
-/// has no topics.
+/// Rejects options that the format does not support. Examples: a sensor number if the log has one sensor of each kind,
+/// or a topic if the format has none.
 fn ensure_choice(format: Format, path: &Path, options: &Options) -> Result<(), LogError> {
     let Options { imu, gps, magnetometer, baro, velocity, input, .. } = options;
     let numbers = [imu, gps, magnetometer, baro].into_iter().flatten();

@@ -17,8 +17,8 @@ const ULOG: &[u8] = b"ULog\x01\x12\x35";
 /// Two sync bytes and the type of the format message, with which every DataFlash log begins.
 const DATAFLASH: &[u8] = &[0xA3, 0x95, 0x80];
 
-/// The format of `log`. A directory is a dataset, or text with a mapping if it has a `mapping.toml` and no
-/// `imu.csv` in hovernav's own columns. A file is recognised from its first bytes.
+/// The format of `log`. A directory is a dataset. It is text with a mapping if it has a `mapping.toml` and no `imu.csv`
+/// in hovernav's own columns. A file is recognised from its first bytes.
 pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
     let metadata = std::fs::metadata(log).map_err(|error| {
         let error = match error.kind() {
@@ -206,8 +206,8 @@ fn is_bare_mavlink(head: &[u8]) -> bool {
     })
 }
 
-/// Whether `head` begins with three frames, the first with a plausible date. For logs with a damaged beginning: at
-/// an arbitrary offset, two frame marks alone may be accidental.
+/// Whether `head` begins with three frames, the first with a plausible date. This check is for logs with a damaged
+/// beginning: at an arbitrary offset, two frame marks alone may be accidental.
 fn is_dated_tlog(head: &[u8]) -> bool {
     /// Plausible dates, µs since 1970: from 1990 to 2100.
     const DATES_US: std::ops::Range<u64> = 631_152_000_000_000..4_102_444_800_000_000;
@@ -216,7 +216,7 @@ fn is_dated_tlog(head: &[u8]) -> bool {
     dated && next().is_some_and(|next| frame_length(next).is_some() && is_tlog(next))
 }
 
-/// Whether two consecutive format messages occur anywhere in `head`. For logs with a damaged beginning.
+/// Whether two consecutive format messages occur anywhere in `head`. This check is for logs with a damaged beginning.
 fn is_dataflash_within(head: &[u8]) -> bool {
     const LENGTH: usize = 89;
     let begins = |at: usize| head.get(at..).is_some_and(|rest| rest.starts_with(DATAFLASH));
@@ -238,7 +238,7 @@ fn frame_length(bytes: &[u8]) -> Option<usize> {
     }
 }
 
-/// Without the feature, raw bytes are not recognised.
+/// Without the feature `raw`, raw bytes are not recognised.
 #[cfg(not(feature = "raw"))]
 fn is_raw(_head: &[u8]) -> bool {
     false

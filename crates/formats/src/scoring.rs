@@ -1,4 +1,4 @@
-//! The errors of any trajectory against any reference.
+//! Errors of any trajectory against any reference.
 
 use std::path::Path;
 
@@ -14,12 +14,12 @@ use serde_json::{Map, Value, json};
 pub struct Scoring {
     /// Whether to rotate the trajectory about the vertical and translate it, by least squares.
     pub align: bool,
-    /// Origin of trajectories in local metres. Default: the one that a file names.
+    /// Origin of trajectories in local metres. Default: the origin that a file states.
     pub origin: Option<Geodetic>,
     /// Axes of a reference in local metres.
     pub axes: LocalAxes,
-    /// Time after the first solution that is ignored, s. Default: 0, or `[reference] skip_s` of a dataset directory,
-    /// from its first inertial sample.
+    /// Duration, s, after the first solution during which errors are ignored. Default: 0, or `[reference] skip_s` of a
+    /// dataset directory, from its first inertial sample.
     pub skip_s: Option<f64>,
 }
 
@@ -34,16 +34,16 @@ pub struct Scored {
     pub warnings: Vec<String>,
 }
 
-/// Origin of local coordinates where both sides are local and have no origin. Any origin gives the same errors.
+/// Origin of local coordinates if both trajectories are local and have no origin. Any origin gives the same errors.
 const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
 
 impl Scoring {
-    /// Scores `solution`, named `name` in messages, against the reference at `path`: a `reference.csv`, a directory with
-    /// one, or a trajectory as of [`open_trajectory`].
+    /// Scores `solution`, named `name` in messages, against the reference at `path`: a `reference.csv`, a directory
+    /// with one, or a trajectory as of [`open_trajectory`].
     ///
     /// # Errors
-    /// [`LogError`] if the reference cannot be read, has no time in common with the solution, or one of both is in local
-    /// metres and the other is not.
+    /// [`LogError`] if the reference cannot be read, has no time in common with the solution, or only one of both is in
+    /// local metres.
     pub fn against(
         &self,
         solution: Trajectory,
@@ -137,7 +137,7 @@ impl Scoring {
 }
 
 impl Scored {
-    /// The errors as one JSON object; `solution` and `reference` are the names of both.
+    /// The errors as one JSON object; `solution` and `reference` are the names of the two trajectories.
     #[must_use]
     pub fn to_json(&self, solution: &Path, reference: &Path) -> Value {
         let axes = &self.score.axes;
@@ -237,7 +237,7 @@ impl Against {
         }
     }
 
-    /// Places a trajectory in local metres at `origin`.
+    /// Converts a trajectory in local metres to positions on Earth, at `origin`.
     fn place(&mut self, origin: &Geodetic) {
         if let Self::Trajectory(trajectory) = self {
             trajectory.place(origin);

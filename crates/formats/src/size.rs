@@ -15,8 +15,8 @@ const OF_A_FILE: u64 = 2;
 /// Memory of a log compressed by Zstandard, divided by its file size.
 const OF_A_PACKED_FILE: u64 = 20;
 
-/// Approximate memory that [`open`](crate::open) needs for `log`, bytes: from the rows of a dataset directory, else
-/// from the file size.
+/// Approximate memory that [`open`](crate::open) needs for `log`, bytes: from the rows of a dataset directory,
+/// otherwise from the file size.
 ///
 /// # Errors
 /// As [`open`](crate::open), for a log of unknown format.

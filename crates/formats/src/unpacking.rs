@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use ruzstd::decoding::{BlockDecodingStrategy, FrameDecoder};
 
-/// An empty last block, and a checksum, which is not verified.
+/// Empty last block, and a checksum that is not verified.
 const END: [u8; 7] = [1, 0, 0, 0, 0, 0, 0];
 
 /// A file that is unpacked while it is read. It ends with the last intact block.

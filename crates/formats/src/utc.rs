@@ -3,8 +3,8 @@
 use chrono::DateTime;
 use hovernav::time::Time;
 
-/// The date at `utc_s`, s since 1970, as TOML writes it. `None` outside the years 1990 to 2099, which no log can
-/// have.
+/// The date at `utc_s`, s since 1970, as TOML writes it. `None` outside the years 1990 to 2099: no log can be from
+/// then.
 pub(crate) fn date(utc_s: f64) -> Option<String> {
     let day = DateTime::from_timestamp(utc_s as i64, 0)?.date_naive();
     let text = day.to_string();
@@ -14,7 +14,7 @@ pub(crate) fn date(utc_s: f64) -> Option<String> {
 /// 6 January 1980, the start of GPS time, s since 1970.
 const GPS_EPOCH_S: i64 = 315_964_800;
 
-/// A week of GPS time, s.
+/// Length of a week, s.
 pub(crate) const WEEK_S: i64 = 604_800;
 
 const SECOND_NS: i64 = 1_000_000_000;
@@ -45,7 +45,7 @@ const LEAPS_S: [i64; 18] = [
     1_483_228_800,
 ];
 
-/// UTC, ns since 1970, of GPS time, ns since 6 January 1980.
+/// Converts GPS time, ns since 6 January 1980, to UTC, ns since 1970.
 pub(crate) fn of_gps(gps_ns: i64) -> i64 {
     let ahead_ns = gps_ns.saturating_add(GPS_EPOCH_S * SECOND_NS);
     // The earlier leap seconds are subtracted before the comparison with each leap second.
@@ -55,26 +55,26 @@ pub(crate) fn of_gps(gps_ns: i64) -> i64 {
     ahead_ns - passed.count() as i64 * SECOND_NS
 }
 
-/// UTC, ns since 1970, of a GPS week and the seconds in it.
+/// Converts a GPS week and the seconds in it to UTC, ns since 1970.
 pub(crate) fn of_gps_week(week: f64, in_week_s: f64) -> i64 {
     of_gps(
         (week as i64).saturating_mul(WEEK_S * SECOND_NS).saturating_add((1e9 * in_week_s) as i64),
     )
 }
 
-/// UTC at the start of a log by each of its fixes, ns since 1970.
+/// UTC at the start of a log, ns since 1970, according to each of its fixes.
 #[derive(Debug, Default)]
 pub(crate) struct UtcAtZero(Vec<i64>);
 
 impl UtcAtZero {
-    /// Adds the UTC of a fix, ns since 1970, at `time` of the log; without effect where no log can have that date.
+    /// Adds the UTC of a fix, ns since 1970, at `time` of the log. Has no effect if no log can have that date.
     pub fn push(&mut self, utc_ns: i64, time: Time) {
         if date(utc_ns as f64 * 1e-9).is_some() {
             self.0.push(utc_ns.saturating_sub(time.nanoseconds()));
         }
     }
 
-    /// The first one near the median: receivers send wrong dates until they have decoded the right one.
+    /// The first value near the median: receivers send wrong dates until they have decoded the correct one.
     pub fn first(&self) -> Option<i64> {
         let mut sorted = self.0.clone();
         sorted.sort_unstable();
@@ -122,7 +122,7 @@ mod tests {
     #[test]
     fn gps_time_is_ahead_of_utc_by_the_leap_seconds_so_far() {
         assert_eq!(utc(0), GPS_EPOCH_S);
-        // The receiver's own pair at the turn of 2017: GPS week 1930, 17 and 18 s into Sunday.
+        // The receiver's own values at the end of 2016: GPS week 1930, 17 and 18 s into Sunday.
         let turn_s = 1_483_228_800 - GPS_EPOCH_S;
         assert_eq!(utc(turn_s + 16), 1_483_228_799);
         assert_eq!(utc(turn_s + 18), 1_483_228_800);

@@ -1,4 +1,4 @@
-//! Reads a file forward with a bounded window of it in memory.
+//! Reads a file forward with a window of bounded size in memory.
 
 use std::fs::File;
 use std::io::{self, Cursor, ErrorKind, Read as _, Seek as _, SeekFrom};
@@ -10,7 +10,7 @@ use hovernav_log::LogError;
 const CHUNK: usize = 1 << 18;
 /// First bytes of a file compressed by Zstandard.
 const ZSTANDARD: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
-/// Largest ratio of the lengths of a log unpacked and packed.
+/// Largest ratio of the unpacked to the packed length of a log.
 const MOST_PACKED: u64 = 1000;
 
 /// A log to be read, from a file or from memory.
@@ -18,7 +18,7 @@ const MOST_PACKED: u64 = 1000;
 pub(crate) struct Input<'a> {
     /// Path of the file, also its name in messages.
     pub path: &'a Path,
-    /// Content of the log, where it is in memory.
+    /// Content of the log, if it is in memory.
     pub bytes: Option<&'a [u8]>,
 }
 
@@ -123,7 +123,7 @@ impl Window<'_> {
             self.bytes.drain(..self.start);
             self.start = 0;
             let kept = self.bytes.len();
-            // A length field of a damaged file must not allocate memory; the buffer only grows with bytes that were
+            // A length field of a damaged file must not allocate memory. The buffer only grows with bytes that were
             // read.
             let room = CHUNK.max(kept).min(self.source.left());
             self.bytes.resize(kept + room, 0);
@@ -167,7 +167,7 @@ impl Window<'_> {
             Source::File(file) => file.seek(SeekFrom::Start(offset))?,
             Source::Memory(memory) => memory.seek(SeekFrom::Start(offset))?,
             Source::Packed(file, path) => {
-                // The file's own position is at the end of the window.
+                // The file's own read position is at the end of the window.
                 let passed = self.offset + (self.bytes.len() - self.start) as u64;
                 if offset < passed {
                     self.source = unpacked(&path.clone())?;

@@ -1,4 +1,4 @@
-//! The four lines and the flight at their other end.
+//! The four serial lines, and the simulated flight at their other end.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -115,7 +115,7 @@ impl LiveFlight {
         Ok(Self { plant, player, duration_s })
     }
 
-    /// Time since the start of the flight, s; `None` before.
+    /// Time since the start of the flight, s; `None` before the start.
     #[must_use]
     pub fn elapsed_s(&self) -> Option<f64> {
         self.player.elapsed_s()
@@ -178,7 +178,7 @@ impl LiveFlight {
     }
 }
 
-/// Measurements of the IMU.
+/// The simulated IMU as a source of packets.
 struct LiveDmu {
     plant: SharedPlant,
     span: (Time, Time),
@@ -202,18 +202,18 @@ impl PacketSource for LiveDmu {
     }
 }
 
-/// The IMU, with a record of the times of its packets.
+/// The emulated IMU, with a record of the times at which it sends packets.
 struct LiveUnit {
     plant: SharedPlant,
     device: DmuDevice<LiveDmu>,
     noise: Noise,
 }
 
-/// Mean interval of the damaged bytes of a noisy line.
+/// Mean number of bytes from one damaged byte of a noisy line to the next.
 const DAMAGED_EVERY: u32 = 100;
 
 /// Damage to the bytes of a line: each byte is damaged by chance, independently of the others. Damage at a fixed
-/// interval would hit every message of a receiver whose messages are that long, as NAV-PVT is.
+/// interval would affect every message of a receiver whose messages have the length of this interval, as NAV-PVT has.
 struct Noise(ChaCha8Rng);
 
 impl Noise {
@@ -221,7 +221,7 @@ impl Noise {
         Self(ChaCha8Rng::seed_from_u64(0))
     }
 
-    /// Passes `bytes` on; if the line `is_noisy`, one in a hundred is changed.
+    /// Passes `bytes` on. If the line `is_noisy`, one byte in a hundred is changed.
     fn pass(&mut self, bytes: &mut [u8], is_noisy: bool) {
         for byte in bytes.iter_mut().filter(|_| is_noisy) {
             if self.0.next_u32().is_multiple_of(DAMAGED_EVERY) {
@@ -260,7 +260,7 @@ impl Device for LiveUnit {
     }
 }
 
-/// The GPS receiver.
+/// The emulated GPS receiver.
 struct LiveGps {
     plant: SharedPlant,
     device: GpsDevice,
@@ -349,7 +349,7 @@ impl Device for LivePilot {
     }
 }
 
-/// The microcontroller that drives the servos.
+/// The emulated microcontroller that drives the servos.
 struct LiveServos {
     plant: SharedPlant,
 }

@@ -4,7 +4,7 @@ use hovernav::autopilot::{ConfigError, HoverAutopilot, HoverConfig, Inputs};
 use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
 
-/// Smallest difference between a command and the pilot's control that shows that another source moves it.
+/// Smallest difference between a command and the pilot's control which shows that another source moves the control.
 const MOVED: f64 = 0.002;
 
 /// Delay, after the last control movement by another source, until the pilot notices that the vehicle is not being
@@ -23,7 +23,7 @@ pub struct Pilot {
 }
 
 impl Pilot {
-    /// A pilot with the skill of the autopilot `skill`.
+    /// A pilot who flies with the gains of the autopilot `skill`.
     ///
     /// # Errors
     /// An invalid configuration.
@@ -37,8 +37,8 @@ impl Pilot {
         })
     }
 
-    /// The stick positions one period later. `commanded` is the vehicle's last command, and `switch_on` whether the
-    /// pilot wants the autopilot to fly. `still` keeps the sticks unchanged.
+    /// The positions of the pilot's sticks one period later. `commanded` is the vehicle's last command, and `switch_on`
+    /// whether the pilot wants the autopilot to fly. `still` keeps the sticks unchanged.
     pub fn sticks(
         &mut self,
         truth: &Solution,
@@ -55,10 +55,10 @@ impl Pilot {
             let apart = commanded.to_array().into_iter().zip(self.held.to_array());
             let moved = apart.map(|(commanded, held)| (commanded - held).abs()).fold(0.0, f64::max);
             self.alone_s = if moved > MOVED { 0.0 } else { self.alone_s + self.period_s };
-            // After that the pilot flies until the switch is opened.
+            // After this time the pilot flies until the switch is opened.
             self.lets_go = self.alone_s < NOTICES_S;
         }
-        // The integrators of the pilot's loops must not wind up while another source flies.
+        // While another source flies, the integrators of the pilot's loops must not wind up.
         let by_hand = !self.lets_go && !still;
         let inputs = Inputs {
             now: truth.time,

@@ -33,7 +33,8 @@ const FAILSAFE_MS: f64 = 1.5;
 /// The setup of a live flight.
 #[derive(Clone, Debug)]
 pub struct LiveConfig {
-    /// Vehicle, wind, sensors, start position and seed. Its autopilot is the pilot's skill; its events are ignored.
+    /// Vehicle, wind, sensors, start position and seed. The pilot flies with the skill of its autopilot; its events are
+    /// ignored.
     pub flight: FlightConfig,
     /// Ranges and signs of the IMU.
     pub calibration: Calibration,
@@ -45,12 +46,12 @@ pub struct LiveConfig {
     pub scene: Scene,
 }
 
-/// Regularity of the flight computer's packets to the servos, without the packets that the scene cuts off.
+/// Regularity of the flight computer's packets to the servos. Packets that the scene cuts off are not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ServoPackets {
     /// Number of packets received.
     pub came: u64,
-    /// Number of packets more than 1.5 periods after the previous one.
+    /// Number of packets that arrived more than 1.5 periods after the previous packet.
     pub late: u64,
     /// Number of missing packets.
     pub missing: u64,
@@ -85,7 +86,7 @@ pub struct LiveSample {
     pub wind_mps: Vector<Ned>,
 }
 
-/// The simulation at the other end of the lines.
+/// The simulation of the vehicle at the other end of the lines.
 pub(crate) struct Plant {
     config: LiveConfig,
     skill: HoverConfig,
@@ -105,22 +106,23 @@ pub(crate) struct Plant {
     last_packet: Option<AnglePacket>,
     pilot: Pilot,
     pilot_sticks: Sticks,
-    /// The flight computer's packets, and the time of the last one.
+    /// Decoder of the flight computer's packets.
     servo_stream: PacketCapture,
     packets: u64,
+    /// Time of the last packet of the flight computer.
     last_packet_at: Option<Time>,
     /// Start of the current interval between packets.
     gap_from: Option<Time>,
     servo_packets: ServoPackets,
     commanded: Sticks,
     sequence: u8,
-    /// Time of the last bytes of the IMU, until the servo command that follows them.
+    /// Time at which the IMU sent its last bytes; `None` once the servo command that follows them has arrived.
     unit_sent_at: Option<Time>,
     pub turnaround: DurationHistogram,
     pub samples: Vec<LiveSample>,
 }
 
-/// A fix whose message was damaged.
+/// `fix` as received after damage to its message.
 fn damaged(fix: Fix) -> Fix {
     Fix {
         position: fix.position.displaced(Vector::new(60.0, 0.0, 0.0)),
@@ -176,7 +178,7 @@ impl Plant {
         self.vehicle.has_crashed()
     }
 
-    /// Regularity of the servo packets so far; packets overdue now count as missing.
+    /// Regularity of the servo packets until now; packets that are overdue count as missing.
     pub fn servo_packets(&self) -> ServoPackets {
         let mut packets = self.servo_packets;
         if let Some(before) = self.gap_from {
@@ -209,7 +211,7 @@ impl Plant {
             let switch_on = self.config.scene.has(Act::Engage, time_s);
             let seen = state.solution(time);
             let still = self.config.scene.has(Act::Still, time_s);
-            // The moves of the scene belong to the pilot, too.
+            // The moves of the scene belong to the pilot's sticks, too.
             let moved = self.config.scene.moved(time_s);
             let others = plus(self.commanded, moved, -1.0);
             self.pilot_sticks = self.pilot.sticks(&seen, others, switch_on, still);
@@ -370,7 +372,7 @@ fn moved_by(held: Sticks, moved: Sticks) -> Sticks {
     Sticks::from_array(plus(held, moved, 1.0).to_array().map(|stick| stick.clamp(-1.0, 1.0)))
 }
 
-/// `sticks` plus `times` times `others`.
+/// The sum of `sticks` and `times` × `others`.
 fn plus(sticks: Sticks, others: Sticks, times: f64) -> Sticks {
     let (sticks, others) = (sticks.to_array(), others.to_array());
     Sticks::from_array(std::array::from_fn(|stick| sticks[stick] + times * others[stick]))

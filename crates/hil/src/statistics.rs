@@ -6,16 +6,16 @@ use crate::plant::LiveSample;
 
 /// Smallest difference between a command and the pilot's control that shows that the autopilot moves it.
 const MOVED: f64 = 0.002;
-/// Largest delay from the pilot's sticks to the servos, cycles, also on a busy machine.
+/// Largest delay, cycles, from the pilot's sticks to the servos on a busy machine.
 const LATELY: usize = 12;
 /// Time from engagement until the autopilot has settled, s.
 const SETTLED_S: f64 = 5.0;
 
-/// Statistics of a live flight over all spans in which the switch was closed and the controls were not the pilot's.
+/// Statistics of a live flight over the spans in which the switch was closed and the autopilot moved the controls.
 /// Unless stated otherwise, the first 5 s of each engagement are excluded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LiveStatistics {
-    /// Total time flown by the autopilot, s, with the first 5 s.
+    /// Total time flown by the autopilot, s, including the first 5 s of each engagement.
     pub engaged_s: f64,
     /// Number of engagements.
     pub engagements: usize,
@@ -25,7 +25,7 @@ pub struct LiveStatistics {
     pub heading_rad: f64,
     /// Largest horizontal distance from the position at which the autopilot had settled, m.
     pub place_m: f64,
-    /// Largest change of any command from one cycle to the next, with the first 5 s.
+    /// Largest change of any command from one cycle to the next, including the first 5 s of each engagement.
     pub stick_step: f64,
 }
 
@@ -71,8 +71,8 @@ impl LiveStatistics {
     }
 }
 
-/// Whether the commanded controls differ from all of the pilot's in `lately`. The pilot's sticks reach the servos
-/// some cycles late.
+/// Whether the autopilot flies: the commanded controls differ from each of the pilot's sticks in `lately`. The pilot's
+/// sticks reach the servos some cycles late.
 fn flies(now: &LiveSample, lately: &[LiveSample]) -> bool {
     lately.iter().all(|sample| apart(now.commanded, sample.pilot) > MOVED)
 }

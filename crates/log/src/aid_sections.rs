@@ -16,10 +16,10 @@ pub struct RangefinderSection {
     /// Position of the sensor relative to the centre of gravity, m.
     #[serde(with = "lever_arm")]
     pub lever_arm_m: Vector<Body>,
-    /// Direction of its beam in body axes, of any length; 0, 0, 1 is straight down.
+    /// Direction of the rangefinder's beam in body axes, a vector of any length; 0, 0, 1 is straight down.
     #[serde(with = "direction")]
     pub beam: Vector<Body>,
-    /// Its measurement model, with the variation of the ground.
+    /// Measurement model of the rangefinder, including the variation of the ground.
     pub model: RangeModel,
 }
 
@@ -34,11 +34,11 @@ impl Default for RangefinderSection {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct SecondAntennaSection {
-    /// Position of the second antenna relative to the centre of gravity, m; without it, the headings are of the vehicle
-    /// itself.
+    /// Position of the second antenna relative to the centre of gravity, m. Without it, the headings are those of the
+    /// vehicle, not of the baseline between the antennas.
     #[serde(with = "some_lever_arm", skip_serializing_if = "Option::is_none")]
     pub lever_arm_m: Option<Vector<Body>>,
-    /// Accuracy of its heading.
+    /// Accuracy of the heading.
     pub model: AntennaHeadingModel,
 }
 
@@ -49,7 +49,7 @@ impl SecondAntennaSection {
     }
 }
 
-/// Conversion of an optional lever arm.
+/// Conversion of an optional lever arm from and to a file.
 mod some_lever_arm {
     use super::{Body, Deserializer, Serialize, Serializer, Vector, lever_arm};
 
@@ -67,7 +67,7 @@ mod some_lever_arm {
     }
 }
 
-/// A notch with checked settings.
+/// Deserialises a notch filter and checks its settings.
 pub(crate) fn notch<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<NotchConfig>, D::Error> {
@@ -88,7 +88,7 @@ mod direction {
         beam.to_array().serialize(serializer)
     }
 
-    /// A direction, normalised to length one.
+    /// Deserialises a direction and scales it to unit length.
     pub fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Vector<Body>, D::Error> {

@@ -1,4 +1,5 @@
-//! `range.csv`, `heading.csv` and `rotor.csv`: rangefinder, second antenna and rotor speed.
+//! Tables `range.csv`, `heading.csv` and `rotor.csv`: readings of the rangefinder, the second antenna and the rotor
+//! speed sensor.
 
 use std::path::Path;
 
@@ -16,9 +17,9 @@ pub(crate) const RANGE_FILE: &str = "range.csv";
 pub(crate) const HEADING_FILE: &str = "heading.csv";
 pub(crate) const ROTOR_FILE: &str = "rotor.csv";
 
-/// Longest range of such a sensor, m, and largest quality or length.
+/// Largest valid distance to the ground and baseline length, m.
 const FURTHEST: f64 = 1e4;
-/// Largest rotor speed, Hz.
+/// Largest valid rotor speed, Hz.
 const FASTEST_HZ: f64 = 5000.0;
 
 pub(crate) fn read_ranges(
@@ -64,8 +65,8 @@ pub(crate) fn read_rotor(
     })
 }
 
-/// All rows with a known time and first column that make a value, in time order. The other columns may be absent, or
-/// have unknown fields.
+/// Reads the rows of `file`, in time order. `value` makes a value from the time, the first column and the other
+/// columns. Rows without a time or a first column are skipped. The other columns may be absent or have empty fields.
 fn read<T, const N: usize, const M: usize>(
     dir: &Path,
     file: &'static str,

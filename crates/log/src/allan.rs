@@ -1,6 +1,6 @@
 //! Allan deviation of an inertial sensor at rest.
 
-/// Number of averaging times a decade.
+/// Number of averaging times per decade.
 const PER_DECADE: f64 = 10.0;
 
 /// Allan deviation at one averaging time.
@@ -77,8 +77,8 @@ mod tests {
         std::iter::repeat_with(move || StandardNormal.sample(&mut random)).take(COUNT)
     }
 
-    /// Asserts the deviation at averaging times up to a hundredth of the recording, where its own one-sigma is below
-    /// 7 % (about √(τ/T)/√2).
+    /// Asserts that the deviation is as `expected` at averaging times up to a hundredth of the recording. There the
+    /// one-sigma of the Allan deviation itself is below 7 % (about √(τ/T)/√2).
     fn assert_near(readings: &[f64], expected: impl Fn(f64) -> f64, least_s: f64) {
         let points = allan_deviation(readings, INTERVAL_S);
         assert!(points.len() > 40);
@@ -104,7 +104,7 @@ mod tests {
             walked += density * INTERVAL_S.sqrt() * noise;
             walked
         });
-        // At one sample the walk is a sum of steps, not yet their integral.
+        // Readings are a sum of discrete steps: at an averaging time of one sample K·√(τ/3) does not hold yet.
         assert_near(
             &steps.collect::<Vec<_>>(),
             |tau_s| density * (tau_s / 3.0).sqrt(),

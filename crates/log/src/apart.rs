@@ -1,4 +1,4 @@
-//! Distance of a solution from an independent one, and the harm of findings by it.
+//! Distance between a solution and an independent one, and the harm of findings measured by that distance.
 
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
@@ -11,10 +11,11 @@ use crate::series::within;
 
 /// Ratio of error to one-sigma above which a solution is contradicted. Errors of the models reach a few one-sigmas.
 const CONTRADICTED: f64 = 10.0;
-/// Least distance in position, m, and in velocity, m/s, of a contradiction: a smaller one harms no use of the solution.
+/// Smallest position difference, m, that counts as a contradiction: a smaller one harms no use of the solution.
 const LEAST_M: f64 = 3.0;
+/// Smallest velocity difference, m/s, that counts as a contradiction.
 const LEAST_MPS: f64 = 1.0;
-/// Shortest contradiction, s, that is reported: a shorter one is an error of time.
+/// Shortest contradiction, s, that is reported: a shorter one is a timing error.
 const LASTING_S: f64 = 0.5;
 /// Longest time, s, between two contradictions that are reported as one.
 const APART_S: f64 = 5.0;
@@ -28,11 +29,11 @@ pub struct Apart {
     from: String,
     /// One-sigma of the independent solution on the axes of [`AXES`], m and m/s.
     own_sigmas: [f64; 6],
-    /// In order of time.
+    /// Distances at the times of the solution, in order of time.
     moments: Vec<Moment>,
 }
 
-/// The axes of position and velocity.
+/// Axes of position and velocity.
 const AXES: [Axis; 6] = [
     Axis::North,
     Axis::East,
@@ -49,7 +50,7 @@ struct Moment {
     velocity: Size,
 }
 
-/// Size of an error: NaN if unknown.
+/// Size of a position or velocity error; NaN if unknown.
 #[derive(Clone, Copy, Debug)]
 struct Size {
     /// Magnitude, m or m/s.
@@ -88,14 +89,14 @@ impl Moment {
 }
 
 impl Apart {
-    /// No distances yet from the solution named `from`, whose one-sigmas north, east, down in position, m, and velocity,
-    /// m/s, are `own_sigmas`.
+    /// Creates an empty list of distances from the solution named `from`. `own_sigmas` are its one-sigmas north, east,
+    /// down of position, m, and velocity, m/s.
     #[must_use]
     pub const fn new(from: String, own_sigmas: [f64; 6]) -> Self {
         Self { from, own_sigmas, moments: Vec::new() }
     }
 
-    /// Distances of `solutions` from `reference`, beginning at `start`.
+    /// Distances of `solutions` from `reference`, from the time `start` on.
     #[must_use]
     pub fn of_reference(solutions: &[Solution], reference: &Reference, start: Time) -> Self {
         let mut apart = Self::new("reference".into(), AXES.map(|axis| reference.own_sigma(axis)));
@@ -106,8 +107,8 @@ impl Apart {
         apart
     }
 
-    /// Adds the `errors` north, east, down of position, m, and velocity, m/s, of `solution` at `time`, after the last
-    /// one. An unknown error is NaN.
+    /// Adds the `errors` of `solution` at `time`, which is after the previous one. They are north, east, down of
+    /// position, m, and of velocity, m/s; an unknown error is NaN.
     pub fn push(&mut self, time: Time, solution: &Solution, errors: [f64; 6]) {
         let (position, velocity) = errors.split_at(3);
         let (own_position, own_velocity) = self.own_sigmas.split_at(3);
@@ -162,8 +163,8 @@ impl Apart {
     }
 }
 
-/// Sets the harm of `findings` to `solutions`, in order of time, by their distance from an independent solution, if
-/// there is one.
+/// Sets the harm of each of `findings`. The harm is the growth of the one-sigmas of `solutions`, and the distances in
+/// `apart`, if given. `solutions` are in order of time.
 pub fn set_harms(findings: &mut [Finding], solutions: &[Solution], apart: Option<&Apart>) {
     for finding in findings {
         let (start_s, end_s) = (finding.start_s, finding.end_s + AFTER_S);
@@ -180,8 +181,8 @@ pub fn set_harms(findings: &mut [Finding], solutions: &[Solution], apart: Option
     }
 }
 
-/// Largest one-sigma of position or velocity from `start_s` to `end_s`, divided by its first value there; `None` without
-/// a solution.
+/// Largest one-sigma of position or velocity from `start_s` to `end_s`, divided by its value at the start; `None`
+/// without a solution.
 fn growth(solutions: &[Solution], start_s: f64, end_s: f64) -> Option<f64> {
     let sigmas = |solution: &Solution| {
         [solution.position_sigma_m, solution.velocity_sigma_mps].map(|sigma| sigma.norm())
@@ -216,7 +217,7 @@ mod tests {
         (0..200).map(of).collect()
     }
 
-    /// Distances from a solution that is 27 m and 9.5 m/s away in the span, and 1 m elsewhere.
+    /// Distances from an independent solution: 27 m and 9.5 m/s within `far_s`, and 1 m elsewhere.
     fn apart(solutions: &[Solution], far_s: std::ops::Range<f64>) -> Apart {
         let mut apart = Apart::new("reference".into(), [0.5; 6]);
         for solution in solutions {
@@ -237,7 +238,7 @@ mod tests {
         for words in ["27.0 m at", "9.50 m/s at", "from 5.0 to 8.3 s"] {
             assert!(finding.words.contains(words), "{}", finding.words);
         }
-        // A single moment and errors of a few one-sigmas are no contradiction.
+        // A contradiction at a single time, or errors of a few one-sigmas, are not reported.
         assert!(apart(&solutions, 5.0..5.2).contradictions().is_empty());
         assert!(apart(&solutions, 30.0..31.0).contradictions().is_empty());
     }

@@ -1,4 +1,4 @@
-//! `baro.csv` and `mag.csv`: aids of a dataset other than inertial unit and GPS.
+//! Tables `baro.csv` and `mag.csv`: readings of the barometer and the magnetometer.
 
 use std::path::Path;
 
@@ -85,16 +85,18 @@ fn pressure_fault(pressure_pa: f64) -> &'static str {
     }
 }
 
-/// Columns of an aid's table: those that every row needs, and those that may be absent or have unknown fields.
+/// Columns of an aid's table.
 pub(crate) struct Columns<const N: usize, const M: usize> {
+    /// Columns without which a row is skipped.
     pub needed: [usize; N],
+    /// Columns that may be absent or have empty fields.
     pub optional: [Option<[usize; 1]>; M],
     /// Names of the columns that may be there without use.
     pub without_use: &'static [&'static str],
 }
 
-/// All rows with a time and the needed numbers from which `value` makes a value, in time order; others are counted with
-/// the reason.
+/// Reads the rows of `table`, in time order. `value` makes a value from the needed and the optional numbers of a row, or
+/// states the reason to reject the row. Rejected rows are counted by reason.
 pub(crate) fn read_timed<T, const N: usize, const M: usize>(
     mut table: Table,
     file: &'static str,

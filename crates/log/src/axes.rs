@@ -27,7 +27,7 @@ impl Default for Axes {
     }
 }
 
-/// Forward, right, down components of a direction.
+/// Components forward, right, down of the direction that `letter` names; `None` for another letter.
 fn direction(letter: u8) -> Option<[f64; 3]> {
     Some(match letter {
         b'f' => [1.0, 0.0, 0.0],
@@ -61,7 +61,7 @@ impl std::str::FromStr for Axes {
 }
 
 impl Axes {
-    /// A vector in these axes, converted to forward, right, down.
+    /// Converts a vector from these axes to forward, right, down.
     #[must_use]
     pub fn to_body(self, vector: Vector<Body>) -> Vector<Body> {
         let components = vector.to_array().into_iter().zip(self.0);
@@ -71,7 +71,7 @@ impl Axes {
         })
     }
 
-    /// Whether these are forward, right, down.
+    /// Whether these axes are forward, right, down.
     #[must_use]
     pub fn are_body(&self) -> bool {
         *self == Self::default()
@@ -126,20 +126,20 @@ pub struct Reading {
     pub(crate) accel_is_gravity: bool,
     /// Whether the magnetic field is ignored.
     pub(crate) without_field: bool,
-    /// Whether the unit's own attitude is ignored.
+    /// Whether the inertial unit's own attitude is ignored.
     pub(crate) without_attitude: bool,
 }
 
 /// Rotation from the roll, pitch and yaw of an inertial unit in its vehicle; `None` if all are zero.
 pub(crate) fn rotation_of(mounting_deg: [f64; 3]) -> Option<DQuat> {
     let [roll, pitch, yaw] = mounting_deg;
-    // An inertial unit in a vehicle has the same angles as a vehicle in the world.
+    // The mounting angles of an inertial unit in a vehicle are defined like the attitude angles of a vehicle in NED.
     let turned = || Rotation::from_euler(EulerAngles::from_degrees(roll, pitch, yaw)).quaternion();
     (mounting_deg != [0.0; 3]).then(turned)
 }
 
 impl Reading {
-    /// `motion` in forward, right, down, rad/s and m/s².
+    /// Converts `motion` to forward, right, down, rad/s and m/s².
     pub(crate) fn motion(&self, motion: Motion) -> Motion {
         // Without a conversion the samples stay bit-identical.
         if *self == Self::default() {
@@ -167,7 +167,7 @@ impl Reading {
         }
     }
 
-    /// `sample` in forward, right, down, rad/s and m/s², including its magnetic field in gauss.
+    /// Converts `sample`, with its magnetic field in gauss, to forward, right, down, rad/s and m/s².
     #[must_use]
     pub fn applied(&self, sample: ImuSample) -> ImuSample {
         let field = sample.magnetic_field_gauss.filter(|_| !self.without_field);
@@ -182,7 +182,7 @@ impl Reading {
         }
     }
 
-    /// A vector in the inertial unit's axes, converted to the vehicle's.
+    /// Converts a vector from the inertial unit's axes to the vehicle's.
     fn turned(&self, vector: Vector<Body>) -> Vector<Body> {
         let vector = self.axes.to_body(vector);
         match self.mounting {
@@ -191,15 +191,15 @@ impl Reading {
         }
     }
 
-    /// The vehicle's attitude from the unit's own, whose axes are forward, right and down already.
+    /// The vehicle's attitude from the inertial unit's own attitude, whose axes are already forward, right and down.
     pub(crate) fn attitude(&self, attitude: EulerAngles) -> EulerAngles {
         let Some(mounting) = self.mounting else { return attitude };
         let unit = Rotation::<Body, Ned>::from_euler(attitude).quaternion();
         Rotation::<Body, Ned>::claim(unit * mounting.inverse()).euler()
     }
 
-    /// Full-scale marks of the same axes. A mark of an inertial unit mounted askew goes to every vehicle axis to which
-    /// its own axis contributes a tenth or more.
+    /// Converts full-scale marks to the vehicle's axes. If the inertial unit is mounted askew, a mark goes to several
+    /// vehicle axes: those on which the marked axis has a component of 0.1 or more.
     pub(crate) fn marks(&self, marks: ClippedAxes) -> ClippedAxes {
         const DETERMINED: f64 = 0.1;
         let of_axis = |axis: usize| {
@@ -219,7 +219,7 @@ impl Reading {
         ClippedAxes { gyro: turned(marks.gyro), accel: turned(marks.accel) }
     }
 
-    /// A magnetic field in the same axes, converted.
+    /// Converts a magnetic field from the inertial unit's axes to the vehicle's.
     pub(crate) fn field(&self, field: Vector<Body>) -> Vector<Body> {
         // Without a conversion the field stays bit-identical.
         if self.axes.are_body() && self.mounting.is_none() { field } else { self.turned(field) }
@@ -245,7 +245,7 @@ mod tests {
         let (sin, cos) = 30f64.to_radians().sin_cos();
         let unit = Vector::new(9.81 * sin, 0.0, -9.81 * cos);
         assert_near(reading([0.0, 30.0, 0.0]).turned(unit).to_array(), [0.0, 0.0, -9.81]);
-        // Turned right by 90°, the unit's left is the vehicle's forward.
+        // If the inertial unit is turned right by 90°, its left is the vehicle's forward.
         let left = Vector::new(0.0, -1.0, 0.0);
         assert_near(reading([0.0, 0.0, 90.0]).turned(left).to_array(), [1.0, 0.0, 0.0]);
         assert_eq!(rotation_of([0.0; 3]), None);

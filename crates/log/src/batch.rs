@@ -5,7 +5,7 @@ use crate::remarks::{REPEATED, Remarks};
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
-/// A row with which further rows of the same time may be merged.
+/// Merged rows of one time, to which further rows of the same time can be added.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Batch<T> {
     line: u64,
@@ -14,7 +14,7 @@ pub(crate) struct Batch<T> {
     rows: u32,
 }
 
-/// Rows that can be merged if their times are equal.
+/// Type of rows that can be merged if their times are equal.
 pub trait Join: Copy + PartialEq {
     /// Time of the sample.
     fn time(&self) -> Time;
@@ -22,7 +22,7 @@ pub trait Join: Copy + PartialEq {
     /// Access to the time of the sample.
     fn time_mut(&mut self) -> &mut Time;
 
-    /// `self`, merged from `rows` rows, with one more.
+    /// Merges `next` into `self`, which is merged from `rows` rows.
     #[must_use]
     fn joined(self, rows: u32, next: &Self) -> Self;
 }
@@ -34,7 +34,8 @@ impl<T: Join> Batch<T> {
         Self { line, joined: row, last: row, rows: 1 }
     }
 
-    /// Merges the next row if it has the batch's time, else returns it. A row identical to the one before is skipped.
+    /// Merges the next row if it has the batch's time, otherwise returns it. A row identical to the one before is
+    /// skipped.
     pub fn push(&mut self, line: u64, row: T, remarks: &mut Remarks) -> Option<(u64, T)> {
         if row.time() != self.last.time() {
             return Some((line, row));
@@ -57,8 +58,8 @@ impl<T: Join> Batch<T> {
 }
 
 impl<T: Join> Rows<T> {
-    /// The rows, with successive ones of the same time merged: rates and forces averaged, increments added. Rows
-    /// identical to the one before are skipped.
+    /// Merges successive rows of the same time: rates and forces are averaged, increments added. Rows identical to the
+    /// one before are skipped.
     #[must_use]
     pub fn together(self, remarks: &mut Remarks) -> Self {
         let (mut together, mut batch) = (Self::new(), None::<Batch<T>>);
@@ -119,7 +120,7 @@ impl Join for ImuSample {
     }
 }
 
-/// Axes at full scale in either.
+/// Axes at full scale in at least one of the two.
 fn either(one: ClippedAxes, other: ClippedAxes) -> ClippedAxes {
     let of = |one: [bool; 3], other: [bool; 3]| std::array::from_fn(|axis| one[axis] | other[axis]);
     ClippedAxes { gyro: of(one.gyro, other.gyro), accel: of(one.accel, other.accel) }

@@ -15,9 +15,10 @@ pub struct Rows<T> {
     lines: Vec<u64>,
 }
 
-/// Number of rows that may be stray in a file of any size.
+/// Largest number of rows that count as stray in a file of any size.
 const STRAY_ROWS: usize = 10;
-/// Distance from all other rows, s, beyond which a few rows are stray: garbled times, or the clock before it was set.
+/// Smallest distance from all other rows, s, at which a few rows count as stray. Their times are garbled, or the clock
+/// was not set yet.
 const STRAY_GAP_S: f64 = 3600.0;
 
 impl<T> Default for Rows<T> {
@@ -44,16 +45,16 @@ impl<T> Rows<T> {
         self.lines.into_iter().zip(self.rows)
     }
 
-    /// The rows with strictly increasing times, and their lines, with as few rows as possible skipped. `time` gives
-    /// access to the time of a row. Where the clock steps back, the rows after the step get later times: see
-    /// [`ClockSteps`].
+    /// Selects rows with strictly increasing times, and returns them with their lines. As few rows as possible are
+    /// skipped. `time` gives access to the time of a row. Where the clock steps back, the rows after the step get later
+    /// times: see [`ClockSteps`].
     ///
-    /// A single time far ahead costs that row, not all that follow. A few rows more than an hour from all others are
-    /// skipped too.
+    /// If a single time is far ahead, only that row is skipped, not all rows after it. A few rows more than an hour
+    /// from all others are skipped too.
     ///
     /// # Errors
-    /// [`LogError::Clock`] if more than a few rows and more than a quarter of all would be skipped. Rows that repeat
-    /// the time before do not count. Such a file has a second recording, or is shuffled.
+    /// [`LogError::Clock`] if more than ten rows and more than a quarter of all would be skipped: the file has a second
+    /// recording, or is shuffled. Rows that repeat the time of the row before do not count.
     pub fn in_time_order(
         mut self,
         time: impl Fn(&mut T) -> &mut Time,
@@ -95,7 +96,7 @@ impl<T> Rows<T> {
 
 const STRAY: &str = "rejected: more than an hour from all the others";
 
-/// Indices of the rows that stay, by their `times` and `lines`: see [`Rows::in_time_order`].
+/// For each row, whether it stays, from the `times` and `lines` of all rows: see [`Rows::in_time_order`].
 fn kept(
     times: &[Time],
     lines: &[u64],
@@ -148,24 +149,24 @@ fn remark(
     Ok(())
 }
 
-/// Selection of rows to skip so that time runs forward, in a first pass over single rows. Rows at the time of the
-/// row before always go, and are counted separately.
+/// First pass over the rows of a file, which selects the rows to skip so that time runs forward. Rows with the time of
+/// the row before are always skipped, and counted separately.
 #[derive(Debug, Default)]
 pub(crate) struct FirstLook {
     rows: usize,
     last: Option<Time>,
-    /// Number of rows at the time of the row before, and the line of the first.
+    /// Number of rows with the time of the row before, and the line of the first such row.
     repeated: (usize, u64),
     groups: Vec<Group>,
     course: Course,
     goes_back: bool,
 }
 
-/// Rows at most an hour apart from each other in sequence.
+/// Successive rows at most an hour apart.
 #[derive(Debug, Default)]
 struct Group {
     rows: usize,
-    /// Index and line of its first rows.
+    /// Index and line of the first rows of the group.
     first: Vec<(usize, u64)>,
 }
 
@@ -196,8 +197,8 @@ impl FirstLook {
         true
     }
 
-    /// Indices of the rows to skip, rising; `None` if time goes back, here or in the first sensor, which needs
-    /// [`looked_again`].
+    /// Indices of the rows to skip, in rising order. `None` if time goes back in this file or in that of the first
+    /// sensor: then [`looked_again`] is needed.
     pub fn skipped(mut self, steps: &mut ClockSteps, remarks: &mut Remarks) -> Option<Vec<usize>> {
         if self.goes_back || steps.has_breaks() {
             return None;
@@ -219,16 +220,16 @@ impl FirstLook {
     }
 }
 
-/// Order of the rows of a file: which are skipped, and shifts of their times.
+/// Order of the rows of a file: the skipped rows, and the shifts of the times.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Order {
-    /// Indices of the rows that are skipped so that time runs forward, rising. Those with the time of the row before
-    /// may be missing here.
+    /// Indices of the rows that are skipped so that time runs forward, in rising order. Rows with the time of the row
+    /// before may be missing from this list.
     pub skipped: Vec<usize>,
     pub shifts: Shifts,
 }
 
-/// The order of rows from the `times` and `lines` of all rows.
+/// Determines the order of the rows from their `times` and `lines`.
 ///
 /// # Errors
 /// As [`Rows::in_time_order`].
@@ -250,14 +251,14 @@ pub(crate) fn looked_again(
 
 /// Marks a longest strictly increasing subsequence, by patience sorting in O(n log n).
 fn longest_increasing(times: &[Time]) -> Vec<bool> {
-    // For each length, the index at which the subsequence of that length with the earliest end ends.
+    // For each length: index of the last row of a subsequence of that length, the one that ends earliest.
     let mut ends: Vec<usize> = Vec::new();
     let mut previous: Vec<Option<usize>> = Vec::with_capacity(times.len());
     for (index, time) in times.iter().enumerate() {
         let length = ends.partition_point(|&end| times[end] < *time);
         previous.push(length.checked_sub(1).map(|shorter| ends[shorter]));
         match ends.get_mut(length) {
-            // Of rows with equal times the first stays.
+            // Of rows with equal times the first one stays.
             Some(end) if times[*end] == *time => {}
             Some(end) => *end = index,
             None => ends.push(index),
@@ -287,9 +288,9 @@ fn strays(times: &[Time], keep: &[bool]) -> Vec<usize> {
 /// An interval without samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Gap {
-    /// Time of the last sample before it.
+    /// Time of the last sample before the gap.
     pub after: Time,
-    /// Time to the next sample, s.
+    /// Time from that sample to the next one, s.
     pub length_s: f64,
 }
 
@@ -304,12 +305,12 @@ pub(crate) fn gaps(times: &[Time]) -> Vec<Gap> {
 /// Shortest gap, s.
 const SHORTEST_GAP_S: f64 = 0.2;
 
-/// [`gaps`], one time at a time.
+/// Detector of [`gaps`] that receives one time after another.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Gaps {
     pub last: Option<Time>,
     pub intervals: Distribution,
-    /// Candidates: at most five a second, however fast the sensor is.
+    /// Intervals that may be gaps: at most five a second, however fast the sensor is.
     long: Vec<Gap>,
 }
 

@@ -15,49 +15,50 @@ const PERIODS: [(i64, &str); 6] = [
     DAY,
     (3_600_000_000_000, "3600 s, an hour"),
 ];
-/// Number of the first [`PERIODS`] at whose end a clock may return to its time at the start of the log.
+/// Number of entries of [`PERIODS`], from the first on, for a clock that returns to its time at the start of the log.
 const COUNTERS: usize = 4;
-/// Smallest step of a clock, in s and in intervals between rows; a smaller one is a row out of order.
+/// Smallest step back of a clock, s; a smaller one is a row out of order.
 const LEAST_S: f64 = 1.0;
+/// Smallest step back of a clock, in usual intervals between rows; the larger of the two limits applies.
 const LEAST_INTERVALS: f64 = 5.0;
-/// Largest interval between the rows around the end of a period, in usual intervals.
+/// Largest interval between the rows before and after the end of a period, in usual intervals.
 const LONGEST_INTERVALS: f64 = 3.0;
-/// Shortest outage, in usual intervals.
+/// Shortest interval that counts as an outage, in usual intervals.
 const OUTAGE: f64 = 1.5;
-/// Inverse of a share of all rows. A restart begins a second recording if both sides have more rows than this share.
+/// Inverse of the smallest fraction of all rows that each side of a restart must have for two recordings.
 const SHORT_PARTS: usize = 4;
-/// Least and largest number of rows on either side of a step that are examined to confirm it.
+/// Smallest and largest number of rows on either side of a step that are examined to confirm it.
 const ROWS: [f64; 2] = [2.0, 20.0];
-/// Largest number of breaks in a log; with more, its rows are shuffled.
+/// Largest number of breaks of the clock in a log; with more, the rows are shuffled.
 const MOST_BREAKS: usize = 8;
-/// Time between the rows around a break, s. The true time is unknown, and is mostly one interval. The filter opens
-/// its covariance over such a gap by more than the motion within it.
+/// Time assumed between the rows around a break, s. The true time is unknown, and is mostly one interval. Over such a
+/// gap the filter enlarges its covariance by more than the motion within it.
 const BREAK_S: f64 = 5.0;
 
-/// Clock of a log, as its first sensor shows it. The other sensors follow.
+/// Steps of a log's clock, as its first sensor shows them. The clocks of the other sensors follow.
 #[derive(Clone, Debug, Default)]
 pub struct ClockSteps {
     first: Option<FirstClock>,
-    /// Whether times are of the day: they start again at midnight, however long the interval over it is.
+    /// Whether times are times of day. They start again at midnight, however long the interval around midnight is.
     is_of_day: bool,
 }
 
 #[derive(Clone, Debug, Default)]
 struct FirstClock {
-    /// First and last time as logged.
+    /// First and last time of the first sensor, as logged.
     ends: Option<(Time, Time)>,
-    /// Course after the shifts.
+    /// Times after the shifts.
     course: Course,
     breaks: Vec<Break>,
 }
 
-/// A step back, with the times as logged.
+/// Step back of the clock, with the times as logged.
 #[derive(Clone, Copy, Debug)]
 struct Break {
     before: Time,
     after: Time,
     shift_s: f64,
-    /// Whether a counter starts again.
+    /// Whether a counter starts again at this step.
     is_period: bool,
 }
 
@@ -66,17 +67,17 @@ impl Break {
         self.before - self.after
     }
 
-    /// Whether the clock may break between rows at `before` and `at`.
+    /// Whether this break may lie between rows at `before` and `at`.
     fn may_be_between(&self, before: Time, at: Time, tolerance_s: f64) -> bool {
         before - self.before <= tolerance_s && self.after - at <= tolerance_s
     }
 }
 
-/// First and last time of a clock that runs forward, and its longest intervals.
+/// Times of a clock that runs forward: the first, the last, and the longest intervals.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Course {
     ends: Option<(Time, Time)>,
-    /// Line after each interval, the time before it, and its length, s.
+    /// Long intervals: the line after each, the time before it, and its length, s.
     long: Vec<(u64, Time, f64)>,
 }
 
@@ -89,7 +90,8 @@ impl Course {
         self.ends = Some((first, last.max(time)));
     }
 
-    /// The interval of about `length_s`, of which the course of `other` has no part.
+    /// The interval of about `length_s` that no long interval of `other` overlaps: the line after it, and its
+    /// length, s.
     fn lone(&self, other: &Self, length_s: f64, tolerance_s: f64) -> Option<(u64, f64)> {
         let is_few = self.long.len() <= MOST_BREAKS && other.long.len() <= MOST_BREAKS;
         let is_shared = |(_, before, length_s): &(u64, Time, f64)| {
@@ -104,12 +106,12 @@ impl Course {
     }
 }
 
-/// Nanoseconds to be added to the times of the rows from an index on, ascending.
+/// Time to be added to the rows from an index on, ns, by ascending index.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Shifts(Vec<(usize, i64)>);
 
 impl Shifts {
-    /// The time of the row `index`.
+    /// Shifted time of the row `index`, logged at `time`.
     pub fn apply(&self, index: usize, time: Time) -> Time {
         let after = self.0.partition_point(|(from, _)| *from <= index);
         match after.checked_sub(1) {
@@ -124,13 +126,13 @@ fn later(time: Time, nanoseconds: i64) -> Time {
 }
 
 impl ClockSteps {
-    /// A clock of times of the day.
+    /// A clock whose times are times of day.
     #[must_use]
     pub fn of_day() -> Self {
         Self { is_of_day: true, ..Self::default() }
     }
 
-    /// Notes that a sensor's clock runs forward in `course`.
+    /// Records that the clock of a sensor runs forward with the times of `course`.
     pub(crate) fn steady(&mut self, course: Course, remarks: &mut Remarks) {
         match &self.first {
             None => {
@@ -140,13 +142,13 @@ impl ClockSteps {
         }
     }
 
-    /// Whether the first sensor has breaks, which the others may need.
+    /// Whether the clock of the first sensor has breaks, which the other sensors may need too.
     pub(crate) fn has_breaks(&self) -> bool {
         self.first.as_ref().is_some_and(|first| !first.breaks.is_empty())
     }
 
-    /// The shifts that make the `times` of a sensor, in the order of its file, run forward. Each step that no sensor
-    /// before has shown is named in `remarks`.
+    /// The shifts that make the `times` of a sensor, in the order of its file, run forward. `remarks` receives each
+    /// step that no earlier sensor has shown.
     pub(crate) fn shifts(
         &mut self,
         times: &[Time],
@@ -162,7 +164,7 @@ impl ClockSteps {
         }
         let mut steps: Vec<usize> =
             (1..times.len()).filter(|&index| is_step(times, index, usual_s)).collect();
-        // Rows at which time is added, s.
+        // Index of each row from which on time is added, and the added time, s.
         let mut added = match &self.first {
             Some(first) => first.followed(times, usual_s, &mut steps),
             None => Vec::new(),
@@ -179,7 +181,7 @@ impl ClockSteps {
                 remarks.say(format!("{line}: the clock starts again after {name}: continued"));
                 *period_ns as f64 * 1e-9
             } else if is_restart && SHORT_PARTS * index.min(times.len() - index) > times.len() {
-                // A second recording.
+                // The rows from here on are a second recording.
                 continue;
             } else if self.first.is_some() {
                 remarks.say(format!(
@@ -221,8 +223,8 @@ impl ClockSteps {
 }
 
 impl FirstClock {
-    /// Rows of another sensor at which its clock breaks as the first one does, and the time to be added, s. Removes
-    /// these breaks from the sensor's own `steps`.
+    /// Rows of another sensor at which both its clock and that of the first sensor break, and the time to be added, s.
+    /// Removes these breaks from `steps`, the steps of the other sensor's clock.
     fn followed(&self, times: &[Time], usual_s: f64, steps: &mut Vec<usize>) -> Vec<(usize, f64)> {
         let tolerance_s = LONGEST_INTERVALS * usual_s + LEAST_S;
         let (mut from, mut added) = (0, Vec::new());
@@ -248,15 +250,15 @@ impl FirstClock {
             } else if let Some(after) = times[from..].iter().position(|time| *time > one.before)
                 && after > 0
             {
-                // A clock that goes on where that of the first sensor breaks only gets the gap.
+                // This clock goes on where that of the first sensor breaks: only the assumed gap is added.
                 added.push((from + after, BREAK_S));
             }
         }
         added
     }
 
-    /// First row after the break `one` of the first clock, for a clock that breaks with it. The rows of this clock are
-    /// too far apart to show the step back. `None` if this clock goes on.
+    /// First row after the break `one` of the first sensor's clock, if this clock breaks with it. The rows of this
+    /// clock are too far apart to show the step back. `None` if this clock goes on.
     fn hidden(&self, one: &Break, times: &[Time], from: usize, usual_s: f64) -> Option<usize> {
         let tolerance_s = LONGEST_INTERVALS * usual_s + LEAST_S;
         let interval_s = |index: &usize| times[*index] - times[index - 1];
@@ -270,7 +272,7 @@ impl FirstClock {
         if interval_s(&shortest) < usual_s - 0.5 * one.back_s() {
             return Some(shortest);
         }
-        // An outage covers the break: a clock that goes on ends later than the first one.
+        // An outage covers the break. If this clock goes on, it ends later than that of the first sensor.
         let late_s = *times.last()? - self.ends?.1;
         let goes_on = (late_s - one.back_s()).abs() < late_s.abs();
         let longest = around().max_by(by_interval)?;
@@ -279,15 +281,15 @@ impl FirstClock {
         } else if interval_s(&longest) > OUTAGE * usual_s {
             Some(longest)
         } else {
-            // A sensor that begins after the break.
+            // This sensor may begin after the break.
             let begins_after = from == 0 && one.after - times[0] <= tolerance_s;
             begins_after.then_some(0)
         }
     }
 }
 
-/// Names the interval of one clock by which two clocks that begin together end apart. It may be an outage: no time is
-/// changed.
+/// Adds a remark on the interval of one clock that explains why two clocks begin together but end apart. The interval
+/// may be an outage, so no time is changed.
 fn name_leap(first: &Course, other: &Course, usual_s: f64, remarks: &mut Remarks) {
     let (Some(a), Some(b)) = (first.ends, other.ends) else { return };
     let tolerance_s = LONGEST_INTERVALS * usual_s + 0.5 * LEAST_S;
@@ -325,7 +327,7 @@ fn is_step(times: &[Time], index: usize, usual_s: f64) -> bool {
         && mostly(&times[index..times.len().min(index + rows)], &|time| *time < before)
 }
 
-/// The period that ends where the clock goes back by `back_s`.
+/// Period of a counter that ends where the clock goes back by `back_s`, s.
 fn period(
     periods: &'static [(i64, &str)],
     back_s: f64,
@@ -335,7 +337,7 @@ fn period(
     periods.iter().find(|(period_ns, _)| is_interval(*period_ns as f64 * 1e-9 - back_s))
 }
 
-/// Whether rows are shuffled: their clock breaks more often than any clock.
+/// Whether the rows are shuffled: their clock breaks more often than that of any log.
 fn are_shuffled(times: &[Time], usual_s: f64) -> bool {
     let is_break = |index: &usize| {
         is_step(times, *index, usual_s)

@@ -32,9 +32,9 @@ impl ChannelTally {
 /// Tally of all fixes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FixTally {
-    /// Number of fixes of which a part corrected the state.
+    /// Number of fixes with at least one channel that corrected the state.
     pub used: usize,
-    /// Number of fixes of which a gate rejected a part.
+    /// Number of fixes with at least one channel that a gate rejected.
     pub rejected: usize,
 }
 
@@ -47,26 +47,26 @@ impl FixTally {
     }
 }
 
-/// Selection of the routine comparisons that stay among the notices of a run: at most 65 536 of fixes and 32 768 of
-/// each other aid, evenly thinned.
+/// Thinning of the routine comparisons among the notices of a run. At most 65 536 of fixes and 32 768 of each other aid
+/// stay, evenly spaced.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Thinning(BTreeMap<Channel, Aid>);
 
 #[derive(Clone, Copy, Debug)]
 struct Aid {
-    /// One of this many stays.
+    /// Number of comparisons of which one stays.
     stride: usize,
     seen: usize,
     kept: usize,
 }
 
-/// Largest number of comparisons of fixes, an hour at 18 Hz. Even, so that halves are whole numbers.
+/// Largest number of comparisons of fixes that stay, an hour at 18 Hz. It is even, so that halves are whole numbers.
 const MOST_OF_FIXES: usize = 1 << 16;
-/// Largest number of comparisons of each other aid.
+/// Largest number of comparisons of each other aid that stay.
 const MOST: usize = 1 << 15;
 
 impl Thinning {
-    /// Whether another routine comparison of `channel` stays; may remove half of those in `notices` to make room.
+    /// Whether the next routine comparison of `channel` stays. May remove half of those in `notices` to make room.
     pub fn takes(&mut self, channel: Channel, notices: &mut Vec<Notice>) -> bool {
         let aid = self.0.entry(channel).or_insert(Aid { stride: 1, seen: 0, kept: 0 });
         let index = aid.seen;
@@ -90,7 +90,7 @@ impl Thinning {
     }
 }
 
-/// First channel of a comparison without any event: accepted as a whole.
+/// First channel of a routine comparison, which is accepted as a whole and has no event; `None` otherwise.
 pub(crate) fn routine(notice: &Notice) -> Option<Channel> {
     let Notice::Updated(report) = notice else { return None };
     let first = report.innovations().next()?.channel;

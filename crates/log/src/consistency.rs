@@ -23,12 +23,12 @@ pub struct InnovationTest {
     pub squared: f64,
     /// Number of channels of the measurement.
     pub degrees_of_freedom: usize,
-    /// Whether any channel was not simply accepted.
+    /// Whether a channel was rejected, or the filter was reset to it.
     pub refused: bool,
 }
 
 impl InnovationTest {
-    /// The square per channel, 1 on average for a consistent filter.
+    /// Normalised innovation squared per channel, 1 on average for a consistent filter.
     #[must_use]
     pub fn per_channel(&self) -> f64 {
         self.squared / self.degrees_of_freedom as f64
@@ -56,18 +56,20 @@ pub fn innovation_tests(innovations: &[Innovation]) -> Vec<InnovationTest> {
         .collect()
 }
 
-/// Limits of the mean square of normalised innovations: chance and small correlations do not explain values outside.
+/// Mean normalised innovation squared per channel below which the filter is conservative: chance and small correlations
+/// do not explain such a value.
 const TIMID_BELOW: f64 = 0.5;
+/// Mean normalised innovation squared per channel above which the filter is overconfident.
 const SURE_ABOVE: f64 = 2.0;
 
-/// Pooled squares per channel of the measurements that were not rejected.
+/// Normalised innovation squared per channel, pooled over the measurements that were not rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PooledInnovations {
-    /// Mean square per channel.
+    /// Mean normalised innovation squared per channel.
     pub mean: f64,
-    /// The 95 % interval of that mean for a consistent filter.
+    /// The 95 % interval of the mean for a consistent filter.
     pub interval: (f64, f64),
-    /// Share of measurements within their own 95 % interval, 0 to 1.
+    /// Fraction of measurements within their own 95 % interval, 0 to 1.
     pub share_inside: f64,
 }
 
@@ -89,7 +91,7 @@ impl PooledInnovations {
         })
     }
 
-    /// The result of the comparison in words. Innovations below the interval never make a solution bad.
+    /// Level and verdict in words on the mean. Innovations below the interval never make a solution bad.
     #[must_use]
     pub fn judged(&self) -> (Level, &'static str) {
         let (low, high) = self.interval;
@@ -140,13 +142,13 @@ pub const GROUPS: [(&str, &[Channel]); 8] = [
     ("Wheels", &WHEELS),
 ];
 
-/// The `innovations` of `channels`.
+/// The `innovations` that belong to `channels`.
 #[must_use]
 pub fn of_channels(innovations: &[Innovation], channels: &[Channel]) -> Vec<Innovation> {
     innovations.iter().filter(|one| channels.contains(&one.channel)).copied().collect()
 }
 
-/// The pooled test of each of [`GROUPS`] among `innovations`, in the order in which the filter fused them.
+/// Pooled test of each of [`GROUPS`]; `innovations` are in the order in which the filter fused them.
 #[must_use]
 pub fn pooled(innovations: &[Innovation]) -> Vec<(&'static str, PooledInnovations)> {
     let groups = GROUPS.into_iter().filter_map(|(name, channels)| {

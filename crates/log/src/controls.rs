@@ -12,14 +12,15 @@ use hovernav::controls::Sticks;
 use hovernav::time::Time;
 
 pub(crate) const FILE: &str = "controls.csv";
-/// Positions of the sticks about trim, -1 to 1.
+/// Columns of the stick positions about trim, -1 to 1.
 pub const STICKS: [&str; 4] = Sticks::NAMES;
+/// Columns of the injected test inputs.
 pub(crate) const INJECTED: [&str; 4] =
     ["injected_lateral", "injected_longitudinal", "injected_collective", "injected_pedal"];
 
 /// Largest stroke from trim, in fractions of full travel: it may exceed 1 if trim is off centre.
 const LONGEST_STROKE: f64 = 2.0;
-/// Largest value in any unit, such as the pulse of a servo in nanoseconds.
+/// Largest valid value in any unit, such as the pulse length of a servo in nanoseconds.
 const LARGEST: f64 = 1e7;
 
 /// Rows of a `controls.csv` that has been read once to its end; each pass reads them again.
@@ -37,15 +38,16 @@ pub struct ControlFile {
 #[derive(Default)]
 pub(crate) struct Controls {
     pub sticks: Vec<(Time, [f64; 4])>,
-    /// As many as `sticks`, or empty.
+    /// Injected test inputs, one for each of `sticks`, or empty.
     pub injected: Vec<[f64; 4]>,
-    /// The file instead of both, if they have too many rows.
+    /// File that replaces `sticks` and `injected` if they have too many rows.
     pub file: Option<ControlFile>,
 }
 
 /// Reads `controls.csv` of `dir`; its rows stay in memory if there are no more than `most`.
 ///
-/// A few rows beyond full travel are damaged and rejected; more of them are of another unit, and all are read.
+/// A few rows beyond full travel are rejected as damaged. If there are more, they have another unit, and all rows are
+/// read.
 pub(crate) fn read(
     dir: &Path,
     most: usize,
@@ -74,7 +76,7 @@ pub(crate) fn read(
     Ok(controls)
 }
 
-/// The rows of `dir` without values beyond `largest`, their reader at its end, and their number.
+/// Reads the rows of `dir` without values beyond `largest`. Returns them, their reader at its end, and their number.
 fn read_up_to(
     dir: &Path,
     has_injected: bool,
@@ -104,7 +106,7 @@ fn read_up_to(
 }
 
 impl ControlFile {
-    /// All rows, in memory.
+    /// Reads all rows into memory.
     pub(crate) fn whole(&self) -> Result<Controls, LogError> {
         read(&self.dir, usize::MAX, &mut self.steps.clone(), &mut Vec::new())
     }
@@ -128,7 +130,7 @@ fn changed(dir: &Path) -> LogError {
     LogError::changed(dir.join(FILE))
 }
 
-/// Opens a file again that existed before.
+/// Opens `controls.csv` again; an error if it no longer exists.
 fn again(dir: &Path, largest: f64) -> Result<ControlRows, LogError> {
     ControlRows::open(dir, largest)?.ok_or_else(|| changed(dir))
 }
@@ -137,7 +139,7 @@ fn again(dir: &Path, largest: f64) -> Result<ControlRows, LogError> {
 struct Row {
     time: Time,
     sticks: [f64; 4],
-    /// Zero if the file has no such column.
+    /// Injected test inputs; zero if the file has no such columns.
     injected: [f64; 4],
 }
 
@@ -152,7 +154,7 @@ struct ControlRows {
     largest: f64,
     /// Number of rows with a value beyond `largest`.
     beyond: usize,
-    /// Largest value of all rows.
+    /// Largest absolute value of all rows.
     furthest: f64,
 }
 

@@ -16,9 +16,9 @@ pub(crate) struct CsvWriter {
     columns: Vec<&'static str>,
     /// Bytes not yet written.
     bytes: Vec<u8>,
-    /// The part already written, if the file is longer than [`CHUNK`].
+    /// File with the bytes already written, if there are more than [`CHUNK`].
     part: Option<WholeFile>,
-    /// Error of writing a part.
+    /// Error of an earlier write.
     failure: Option<io::Error>,
     row: usize,
     column: usize,
@@ -95,8 +95,8 @@ impl CsvWriter {
         values.into_iter().try_for_each(|value| self.fixed(value, decimals))
     }
 
-    /// An angle in (−180, 180] with a fixed count of `decimals`, at most 10; what rounds to −180 is
-    /// written as 180.
+    /// An angle in (−180, 180] with a fixed count of `decimals`, at most 10; a value that rounds to −180 is written as
+    /// 180.
     pub fn fixed_angle_deg(&mut self, angle_deg: f64, decimals: usize) -> Result<(), LogError> {
         let units = self.in_units(angle_deg, decimals)?;
         let half_turn = 180 * TEN_TO[decimals] as i64;
@@ -117,7 +117,7 @@ impl CsvWriter {
         }
     }
 
-    /// Writes the rest and gives the file its name.
+    /// Writes the remaining bytes and gives the file its name.
     pub fn finish(mut self) -> Result<(), LogError> {
         let written = match self.failure.take() {
             Some(failure) => Err(failure),
@@ -139,7 +139,7 @@ impl CsvWriter {
         Ok(())
     }
 
-    /// `value` as a number of its last decimal places.
+    /// `value` in units of its last decimal place.
     fn in_units(&self, value: f64, decimals: usize) -> Result<i64, LogError> {
         let units = value * TEN_TO[decimals] as f64;
         // This form of the comparison rejects NaN too.
@@ -179,7 +179,7 @@ const TEN_TO: [u64; 11] = {
     powers
 };
 
-/// `units` of the last of `decimals`, as text.
+/// Appends a number to `out` as text: `units` of the last of `decimals` places.
 fn push_decimal(out: &mut Vec<u8>, mut units: u64, decimals: usize) {
     let mut digits = [b'0'; 21];
     let mut start = digits.len();

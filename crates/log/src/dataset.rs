@@ -51,18 +51,18 @@ pub struct Dataset {
     pub rotor: Vec<(Time, f64)>,
     /// Stick positions: lateral, longitudinal, collective, pedal, each −1…1 about trim.
     pub controls: Vec<(Time, [f64; 4])>,
-    /// Part of each of the [`controls`](Self::controls) that is an injected test input, in their order; empty without
-    /// test inputs. Columns `injected_lateral` and so on in `controls.csv`.
+    /// Injected test input in each of the [`controls`](Self::controls), in their order; empty without test inputs.
+    /// Columns `injected_lateral` and so on in `controls.csv`.
     pub injected: Vec<[f64; 4]>,
-    /// File of the two fields above if they have too many rows, and are then empty: see
+    /// File that replaces `controls` and `injected` if they have too many rows; both are then empty: see
     /// [`open_within`](Self::open_within). [`each_control`](Self::each_control) iterates over either.
     pub controls_file: Option<ControlFile>,
-    /// Source of each event in the order of a flight record. If it does not list as many events as there are, they are
-    /// ordered by time.
+    /// Source of each event in the order of a flight record. If the number of entries differs from that of the events,
+    /// the events are ordered by time.
     pub order: Vec<Source>,
-    /// Repairs and skipped rows while reading, one plain sentence each.
+    /// Repairs and skipped rows during reading, one plain sentence each.
     pub warnings: Vec<String>,
-    /// Choices and assumptions while reading, without any defect; one plain sentence each.
+    /// Choices and assumptions during reading, without any defect; one plain sentence each.
     pub notes: Vec<String>,
 }
 

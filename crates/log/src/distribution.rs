@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 /// Histogram of a series, in bounded memory.
 ///
-/// Exact up to 65 536 different values. With more, the last binary digits of all values are rounded off until few
-/// enough differ. Values that remain then differ from their neighbours by less than a ten-thousandth.
+/// Exact up to 65 536 different values. With more, the last binary digits of all values are cleared until at most
+/// 65 536 different values remain. These differ from their neighbours by less than a ten-thousandth.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Distribution {
     counts: BTreeMap<u64, u64>,
     total: u64,
-    /// Number of binary digits that are rounded off.
+    /// Number of last binary digits that are cleared.
     rounded: u32,
 }
 
@@ -56,7 +56,7 @@ impl Distribution {
     }
 }
 
-/// `bits` with its last `digits` cleared. For numbers that are not negative, bits have the order of the numbers.
+/// `bits` with the last `digits` cleared. Non-negative numbers have the same order as their bits.
 const fn rounded(bits: u64, digits: u32) -> u64 {
     bits >> digits << digits
 }

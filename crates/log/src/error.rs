@@ -7,7 +7,7 @@ use crate::finding::SetupFinding;
 use hovernav::time::Time;
 use hovernav_toml::TomlError;
 
-/// Why a log could not be read or written: one line with the file and the line or byte offset.
+/// Error of reading or writing a log. The message is one line with the file and the line or byte offset.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
     /// The operating system reported an error.
@@ -62,14 +62,14 @@ pub enum LogError {
         /// Found and expected content.
         reason: String,
     },
-    /// A log whose reader is not part of this build.
+    /// The reader of the log's format is not part of this build.
     #[error("{}: {format}: hovernav-formats was built without its feature {feature}", path.display())]
     MissingFeature {
         /// The file.
         path: PathBuf,
         /// Format of the file.
         format: String,
-        /// The feature that reads it.
+        /// The feature that enables the reader.
         feature: &'static str,
     },
     /// The clock of a table does not run forward, even without stray rows.

@@ -11,7 +11,7 @@ use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ImuSample, Notch};
 use hovernav::time::Time;
 
-/// Longest time from the validity of a fix to its arrival, s.
+/// Largest time from the validity of a fix to its arrival, s.
 const LATEST_S: f64 = 0.2;
 
 /// Iterator over the events of a dataset in order of arrival; a clone continues at the same event.
@@ -30,9 +30,8 @@ pub struct Events<'a> {
 }
 
 impl Dataset {
-    /// Events of all sensors, in order of arrival: by [`order`](Self::order) if it is complete, else by time. A fix
-    /// arrives its latency after its time of validity, but at most 0.2 s after it, because an estimator's history is no
-    /// longer.
+    /// Events of all sensors, in order of arrival: by [`order`](Self::order) if it is complete, otherwise by time. A
+    /// fix arrives after its time of validity by its latency, but at most 0.2 s: an estimator's history is no longer.
     #[must_use]
     pub fn events(&self) -> Events<'_> {
         Events {

@@ -47,9 +47,9 @@ impl Dataset {
         self.ensure_possible(log)
     }
 
-    /// Ignores the aids of these findings, as if the log did not have them, except those that the manifest's
-    /// `[aiding]` sets to `true`. For [`Sensor::GpsVelocity`] it ignores velocities of exactly 0 from moving fixes.
-    /// Returns the findings that were applied, marked as not used.
+    /// Ignores the aids of these findings, as if the log did not have them. Aids that the manifest's `[aiding]` sets to
+    /// `true` are kept. For [`Sensor::GpsVelocity`] it ignores velocities of exactly 0 from moving fixes. Returns the
+    /// findings that were applied, marked as not used.
     pub fn ignore(&mut self, denied: Vec<SetupFinding>) -> Vec<SetupFinding> {
         let mut ignored = Vec::new();
         for mut finding in denied {
@@ -81,8 +81,8 @@ impl Dataset {
         ignored
     }
 
-    /// [Ignores](Self::ignore) the source of heading without which the fixes become consistent with a `run`, if
-    /// there is one. If the result is not empty, the log is to be estimated once more.
+    /// [Ignores](Self::ignore) the source of heading without which the fixes become consistent with a `run`, if there
+    /// is one. If the result is not empty, the log must be estimated again.
     pub fn ignore_inconsistent(
         &mut self,
         config: &EstimatorConfig,

@@ -1,4 +1,4 @@
-//! The rule of what a fix is, the same for every format.
+//! Rule that decides whether a row of a log is a fix, the same for every format.
 //!
 //! A reader passes each fix as its log states it. The gate uses its plausible values, and counts the others by reason.
 
@@ -16,11 +16,12 @@ use hovernav::time::Time;
 
 /// Largest plausible velocity, m/s.
 pub(crate) const FASTEST_MPS: f64 = 1000.0;
-/// Largest one-sigmas that state an accuracy: position, m, and velocity, m/s. Receivers send larger ones for unknown.
+/// Largest one-sigma of a position, m, that states an accuracy. Receivers send larger ones for unknown.
 const LARGEST_POSITION_SIGMA_M: f64 = 1e4;
+/// Largest one-sigma of a velocity, m/s, that states an accuracy. Receivers send larger ones for unknown.
 const LARGEST_VELOCITY_SIGMA_MPS: f64 = 1e3;
-/// Largest latitude and longitude, degrees, of a receiver without a fix: zero, as rounded by its logger. Two such
-/// values are within 0.2 m of each other.
+/// Largest latitude and longitude, degrees, that count as zero, the output of a receiver without a fix. Loggers round
+/// it. Two such positions are within 0.2 m of each other.
 const NULL_ISLAND_DEG: f64 = 1e-6;
 /// Largest latitude of a flight, degrees. The filter navigates up to 89.9°; the margin is 11 km.
 pub const HIGHEST_LATITUDE_DEG: f64 = 89.8;
@@ -28,24 +29,24 @@ pub const HIGHEST_LATITUDE_DEG: f64 = 89.8;
 const AT_REST_MPS: f64 = 1.0;
 /// Smallest one-sigma of a velocity at rest, m/s.
 const AT_REST_SIGMA_MPS: f64 = 0.1;
-/// Least interval between new fixes, in intervals between rows, at which the other rows are repetitions.
+/// Smallest interval between new fixes, in intervals between rows, at which the other rows are repetitions.
 const REPEATING: f64 = 1.5;
-/// Least number of new fixes for a measurement of their interval.
+/// Smallest number of new fixes from which their interval is measured.
 const LEAST_NEW: usize = 5;
-/// Quantile of the intervals between new fixes that is the receiver's own interval. It is low, because a receiver at
-/// rest may repeat its values.
+/// Quantile of the intervals between new fixes that is used as the receiver's own interval. It is low, because a
+/// receiver at rest may repeat its values.
 const SHORT: f64 = 0.1;
-/// Least length of the receiver's interval for a search of repetitions: as a share of the median interval between new
-/// fixes, or in intervals between rows.
+/// Smallest receiver interval for a search of repetitions, as a fraction of the median interval between new fixes.
 const EVEN: f64 = 0.5;
+/// Smallest receiver interval for a search of repetitions, in intervals between rows; either limit is sufficient.
 const MANY_ROWS: f64 = 10.0;
 /// Longest time, s, for which rows repeat a fix in a log that is known to repeat fixes: one missing fix at 1 Hz.
 const LONGEST_HELD_S: f64 = 2.5;
-/// Values that loggers write for an unknown one: round numbers, and the ends of 16 and 32 bits.
+/// Values that loggers write instead of an unknown one: round numbers, and the ends of 16 and 32 bits.
 const UNKNOWN: [f64; 8] =
     [-9999.0, 9999.0, -99_999.0, 99_999.0, -999.0, -32_768.0, 32_767.0, 65_535.0];
 
-/// Whether loggers write `value` for an unknown one.
+/// Whether `value` is one that loggers write instead of an unknown one.
 #[must_use]
 pub fn is_unknown(value: f64) -> bool {
     // The ends of 32 bits, signed and unsigned, in units, thousandths and 1e-7 of units.
@@ -63,16 +64,17 @@ pub enum Dimensions {
     None,
     /// Latitude and longitude; the height is held or assumed.
     Two,
-    /// A position with a height, also where the log does not state it.
+    /// A position with a height, also if the log does not state the dimensions.
     #[default]
     Three,
     /// A fix type of unknown meaning. 0 is no fix. In a log with fixes of type 3, 1 is no fix and 2 is two-dimensional,
-    /// as in UBX and MAVLink. In other logs they are those of NMEA 0183.
+    /// as in UBX and MAVLink. In other logs the types have the meaning of NMEA 0183.
     Type(f64),
 }
 
 impl Dimensions {
-    /// Dimensions of the fix types of u-blox, MAVLink, PX4 and ArduPilot: 2 and from 3 on.
+    /// Dimensions for a fix type of u-blox, MAVLink, PX4 and ArduPilot: two for 2, three from 3 on. An unknown type
+    /// counts as three.
     #[must_use]
     pub fn of_type(fix_type: f64) -> Self {
         match fix_type {
@@ -129,7 +131,7 @@ impl StatedFix {
         Self { ground_speed_mps: speed_mps, ..self }
     }
 
-    /// The values of a fix that has passed the gate.
+    /// The values of `fix`, which has passed the gate.
     #[must_use]
     pub fn of(fix: &Fix) -> Self {
         let vector = |of: Option<Vector<Ned>>| of.map_or([f64::NAN; 3], Vector::to_array);
@@ -154,7 +156,7 @@ impl StatedFix {
         self.fault().is_none()
     }
 
-    /// Reason why this is not a fix, if it is not.
+    /// Reason why this is not a fix; `None` if it is one.
     fn fault(&self) -> Option<&'static str> {
         let [lat, lon, height] = self.position;
         let latitude = |degrees: f64| degrees.abs() <= 90.0;
@@ -198,7 +200,7 @@ pub(crate) fn no_place([lat, lon, _]: [f64; 3]) -> &'static str {
     }
 }
 
-/// Fixes of a log in the order found, after the rule of what a fix is.
+/// Fixes of a log in the order found, selected by the rule of this module.
 #[derive(Debug, Default)]
 pub struct FixGate {
     rows: Rows<Row>,
@@ -214,17 +216,17 @@ pub struct FixGate {
 struct Row {
     fix: Fix,
     has_height: bool,
-    /// NaN if unknown.
+    /// Type of the fix; NaN if unknown.
     fix_type: f64,
 }
 
 impl FixGate {
-    /// Notes that rows repeat the last fix until there is a new one.
+    /// Declares that rows repeat the last fix until there is a new one.
     pub fn hold(&mut self) {
         self.is_held = true;
     }
 
-    /// Adds the fixes of another gate, `later_s` later.
+    /// Adds the fixes of another gate, with times `later_s` later.
     pub fn append(&mut self, other: Self, later_s: f64) {
         for (place, mut row) in other.rows.into_rows() {
             row.fix.time = row.fix.time.offset_by(later_s);
@@ -286,7 +288,7 @@ impl FixGate {
         true
     }
 
-    /// The fixes in time order, without repetitions. Fixes before the first height get that height.
+    /// The fixes in time order, without repetitions. Fixes before the first measured height get that height.
     ///
     /// # Errors
     /// As [`Rows::in_time_order`].
@@ -378,14 +380,14 @@ fn plausible(mut fix: Fix, place: u64, remarks: &mut Remarks) -> Fix {
     fix
 }
 
-/// Values that differ between two fixes.
+/// Values in which a new fix differs from the previous one.
 fn values(fix: &Fix) -> impl PartialEq {
     (fix.position, fix.horizontal_velocity_mps, fix.down_velocity_mps)
 }
 
-/// Whether each fix repeats an earlier one, because rows come more often than the receiver computes. Equal fixes more
-/// than the usual interval apart are of a receiver at rest, and are no repetitions. Neither are those at
-/// irregular intervals, of a receiver at rest with coarse numbers.
+/// For each fix, whether it repeats an earlier one, because rows come more often than the receiver computes. Equal
+/// fixes at more than the usual interval come from a receiver at rest, and are no repetitions. Equal fixes at irregular
+/// intervals come from a receiver at rest with coarse numbers, and are no repetitions either.
 fn repeats(fixes: &[Fix]) -> Vec<bool> {
     let times: Vec<Time> = fixes.iter().map(|fix| fix.time).collect();
     let is_new = |pair: &&[Fix]| values(&pair[0]) != values(&pair[1]);

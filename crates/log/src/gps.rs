@@ -47,7 +47,7 @@ struct Columns {
     position: [usize; 3],
     horizontal_velocity: Option<[usize; 2]>,
     down_velocity: Option<[usize; 1]>,
-    /// Per axis, and as horizontal and vertical.
+    /// Columns of the one-sigma of position: by axis, and as horizontal and vertical.
     position_sigma: [Option<[usize; 3]>; 2],
     velocity_sigma: [Option<[usize; 3]>; 2],
     fix_type: Option<[usize; 1]>,
@@ -74,7 +74,7 @@ impl Columns {
         })
     }
 
-    /// The fix in `row`, which arrived `latency_s` after its time of validity.
+    /// The fix in `row`. The row has the time of arrival, `latency_s` after the time of validity.
     fn fix(&self, row: &Row<'_>, latency_s: f64) -> Result<StatedFix, LogError> {
         let arrival = row.time(self.time)?;
         let fix_type = row.finite(self.fix_type)?;

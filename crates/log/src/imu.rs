@@ -15,7 +15,7 @@ use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 pub(crate) const FILE: &str = "imu.csv";
-/// Angular rates, rad/s, and specific forces, m/s², of `imu.csv`.
+/// Columns of `imu.csv` with angular rates, rad/s, and specific forces, m/s².
 pub const RATES: [&str; 6] = [
     "gyro_x_radps",
     "gyro_y_radps",
@@ -24,24 +24,24 @@ pub const RATES: [&str; 6] = [
     "accel_y_mps2",
     "accel_z_mps2",
 ];
-/// Rotation, rad, and change of velocity, m/s, since the previous sample, of `imu.csv`.
+/// Columns of `imu.csv` with rotation, rad, and change of velocity, m/s, since the previous sample.
 pub const INCREMENTS: [&str; 6] =
     ["dtheta_x_rad", "dtheta_y_rad", "dtheta_z_rad", "dvel_x_mps", "dvel_y_mps", "dvel_z_mps"];
-/// Attitude from the inertial unit itself, °.
+/// Columns of the inertial unit's own attitude, °.
 pub const ATTITUDE: [&str; 3] = ["roll_deg", "pitch_deg", "yaw_deg"];
-/// Number of raw readings at full scale of each gyro and accelerometer since the previous sample.
+/// Columns with the number of raw readings at full scale since the previous sample, for each gyro and accelerometer.
 pub(crate) const CLIPPED: [[&str; 3]; 2] = [
     ["gyro_x_clipped", "gyro_y_clipped", "gyro_z_clipped"],
     ["accel_x_clipped", "accel_y_clipped", "accel_z_clipped"],
 ];
-/// Magnetic field, gauss.
+/// Columns of the magnetic field, gauss.
 pub const MAGNETIC: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
 
 /// Largest plausible turn rate, rad/s.
 const FASTEST_TURN_RADPS: f64 = 100.0;
 /// Largest plausible specific force, m/s².
 const HARDEST_PUSH_MPS2: f64 = 1000.0;
-/// Longest interval of increments that scales the limits above, s.
+/// Longest interval of increments, s, that scales [`FASTEST_TURN_RADPS`] and [`HARDEST_PUSH_MPS2`].
 const LONGEST_INTERVAL_S: f64 = 1.0;
 /// Largest plausible field, gauss (the Earth's is below 0.7).
 const STRONGEST_FIELD_GAUSS: f64 = 100.0;
@@ -50,9 +50,9 @@ const FIELD_MILLIGAUSS: std::ops::Range<f64> = 150.0..1500.0;
 /// The Earth's field in nanotesla, with room for iron nearby.
 const FIELD_NANOTESLA: std::ops::Range<f64> = 15_000.0..150_000.0;
 
-/// Number of rows that repeat to the last bit if the inertial unit is stuck.
+/// Smallest number of rows, equal to the last bit, at which the inertial unit is stuck.
 const STUCK_ROWS: usize = 10;
-/// Duration of such rows, s.
+/// Shortest duration of such rows, s.
 const STUCK_S: f64 = 0.2;
 
 /// Number of gaps that are listed; further ones are only counted.
@@ -62,9 +62,9 @@ const GAPS_NAMED: usize = 8;
 pub(crate) struct ImuRows {
     table: Table,
     columns: Columns,
-    /// Start of the sample that was returned last.
+    /// Offset and line at which the sample that was returned last begins.
     place: Place,
-    /// First row of the next sample, with its position and line, if already read.
+    /// First row of the next sample, with its offset and line, if already read.
     ahead: Option<(Place, u64, ImuSample)>,
     /// Defects of the rows read.
     pub remarks: Remarks,
@@ -83,7 +83,7 @@ impl ImuRows {
         Ok(Self { table, columns, place, ahead: None, remarks })
     }
 
-    /// Start of the sample that was returned last.
+    /// Offset and line at which the sample that was returned last begins.
     pub fn place(&self) -> Place {
         self.place
     }
@@ -95,7 +95,7 @@ impl ImuRows {
         self.next().map(drop)
     }
 
-    /// The next row with a sample, with its position and line.
+    /// The next row with a sample, with its offset and line.
     fn row(&mut self) -> Result<Option<(Place, u64, ImuSample)>, LogError> {
         while let Some(row) = self.table.next(&mut self.remarks)? {
             let line = row.line;
@@ -267,7 +267,7 @@ fn is_within(values: [f64; 3], largest: f64) -> bool {
     values.iter().all(|value| value.abs() <= largest)
 }
 
-/// Remarks on gaps in `samples`, found at `lines`, and on times at which the inertial unit was stuck.
+/// Adds remarks on gaps in `samples`, found at `lines`, and on times at which the inertial unit was stuck.
 pub fn remark_faults(samples: &[ImuSample], lines: &[u64], remarks: &mut Remarks) {
     let (mut faults, mut gaps) = (Faults::default(), Gaps::default());
     for (sample, line) in samples.iter().zip(lines) {
@@ -294,7 +294,7 @@ struct Repeated {
 }
 
 impl Faults {
-    /// Adds the sample found at `line`, or at the position in units of `place`.
+    /// Adds the sample found at `line`; `place` names the unit of that number, `line` or `byte`.
     pub fn push(&mut self, line: u64, sample: &ImuSample, place: &str) {
         match &mut self.run {
             // Every sample of a run equals its neighbour, so the last equals the first.
@@ -320,7 +320,7 @@ impl Faults {
         }
     }
 
-    /// Remarks on stuck samples and on gaps. The samples stay, and the filter bridges the gaps.
+    /// Adds remarks on stuck samples and on gaps. The samples stay, and the filter bridges the gaps.
     pub fn remark(mut self, gaps: &Gaps, remarks: &mut Remarks) {
         self.end_run(remarks.place());
         let gaps = gaps.found();

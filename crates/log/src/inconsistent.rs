@@ -13,11 +13,12 @@ use crate::replay::Run;
 use crate::series::within;
 use crate::statistics::quantile;
 
-/// Half-width of the window of fixes that judges a time, s.
+/// Half-width, s, of the window of fixes by which the path at a time is judged.
 const HALF_WINDOW_S: f64 = 5.0;
 /// Smallest number of fixes in a window.
 const LEAST_FIXES: usize = 4;
-/// Factor by which the mean square exceeds both its median over the flight and its expected value.
+/// Smallest ratio of the mean square in an inconsistent window to its expected value. The ratio to the median over the
+/// flight must also reach it.
 const INCONSISTENT: f64 = 6.0;
 
 /// Span of a smoothed path with which the fixes are inconsistent.
@@ -25,7 +26,7 @@ const INCONSISTENT: f64 = 6.0;
 pub(crate) struct Inconsistent {
     pub start: Time,
     pub end: Time,
-    /// Number of such windows, each centred on a fix.
+    /// Number of inconsistent windows, each centred on a fix.
     fixes: usize,
     /// Root of the largest mean square, in one-sigmas.
     sigmas: f64,
@@ -50,8 +51,8 @@ impl Inconsistent {
     }
 }
 
-/// Spans in which the fixes are inconsistent with `solutions`, smoothed from the filter run `forward`. A receiver error
-/// also rejects spans with a correct path. There only the gain in accuracy by the smoothing is lost.
+/// Spans in which the fixes are inconsistent with `solutions`, smoothed from the filter run `forward`. An error of the
+/// receiver also leads to such spans, although the path is correct. They lose only the accuracy gained by smoothing.
 ///
 /// # Source
 /// Residuals of a smoothed path after Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and
@@ -85,8 +86,8 @@ pub(crate) fn inconsistent_spans(
     found
 }
 
-/// Time of validity of each fix with a horizontal velocity, rejected or not, and its squared difference to `solutions`
-/// relative to the variance. The mean is over north and east.
+/// Time of validity of each fix with a horizontal velocity, and the velocity's squared difference from `solutions`
+/// divided by the variance. The square is the mean over north and east. Rejected fixes are included.
 fn residuals(dataset: &Dataset, forward: &Run, solutions: &[Solution]) -> Vec<(Time, f64)> {
     let (early_s, _) = forward.gps_offset.unwrap_or_default();
     let arm = LeverArm(forward.config.mounting.antenna_lever_arm_m);

@@ -5,10 +5,10 @@ use hovernav::ekf::Solution;
 /// Selection of the solutions of a run that stay in memory. A callback can receive every solution regardless.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Keep {
-    /// All of them, at 280 bytes each.
+    /// All solutions, at 280 bytes each.
     All,
-    /// At most 65 536, evenly thinned: all of a shorter log; of a longer one the first, every second, fourth, eighth …
-    /// and the last. Under 20 MB for any log.
+    /// At most 65 536 solutions, evenly thinned. A shorter log keeps all. A longer one keeps the first, every second,
+    /// fourth, eighth … and the last. They need less than 20 MB for any log.
     Thinned,
 }
 
@@ -58,7 +58,7 @@ impl Kept {
         self.seen += 1;
     }
 
-    /// The kept solutions, including the last one, and the number of others.
+    /// The kept solutions, including the last one, and the number of solutions not kept.
     pub fn finish(mut self) -> (Vec<Solution>, usize) {
         let ends = self.solutions.last().map(|solution| solution.time);
         self.solutions.extend(self.last.filter(|last| Some(last.time) != ends));
@@ -67,7 +67,7 @@ impl Kept {
     }
 }
 
-/// Thins `solutions` as [`Keep::Thinned`] does, and frees the memory of the rest.
+/// Thins `solutions` as [`Keep::Thinned`] does, and frees the memory of the removed ones.
 #[must_use]
 pub fn thin(solutions: Vec<Solution>) -> Vec<Solution> {
     if solutions.len() <= MOST {

@@ -108,5 +108,5 @@ pub use trajectory::{Alignment, LocalAxes, Trajectory};
 pub use truth::Truth;
 pub use verdict::Verdict;
 pub use vibration_lines::VibrationLine;
-// Readers and writers of whole files, for crates that depend on this one alone.
+// Readers and writers of whole files, for crates that depend only on this crate.
 pub use hovernav_toml::{WholeFile, copy_whole, open_file, write_whole};

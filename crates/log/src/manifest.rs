@@ -52,11 +52,11 @@ pub struct Manifest {
     /// Licence of the data.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub licence: String,
-    /// A note on the clock.
+    /// Description of the log's clock.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub time: String,
-    /// Date of the flight, for the magnetic model. A date with a time of day is the time at which the log's clock reads
-    /// zero, for the dates in exports. It is UTC unless it has an offset.
+    /// Date of the flight, for the magnetic model. With a time of day, it is the time of zero on the log's clock, for
+    /// the dates in exports. It is UTC unless it has an offset.
     #[serde(deserialize_with = "date", skip_serializing_if = "Option::is_none")]
     pub date: Option<Datetime>,
     /// The inertial unit.
@@ -106,7 +106,7 @@ pub struct ImuSection {
     /// One-sigma of the accelerometer bias at power-up, m/s².
     #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
     pub accel_bias_sigma_mps2: Option<f64>,
-    /// North that the unit's own yaw refers to.
+    /// North to which the inertial unit's own yaw refers.
     pub heading_reference: HeadingReference,
     /// Magnetic declination at the site, east positive, °; without it, that of the magnetic model.
     #[serde(deserialize_with = "declination", skip_serializing_if = "Option::is_none")]
@@ -117,12 +117,12 @@ pub struct ImuSection {
     /// Full scale of the accelerometers, g.
     #[serde(deserialize_with = "positive", skip_serializing_if = "Option::is_none")]
     pub accel_range_g: Option<f64>,
-    /// Directions of the axes x, y, z of `imu.csv`; forward, right, down (`frd`) in memory. The unit's own roll, pitch
-    /// and yaw are not converted.
+    /// Directions of the axes x, y, z of `imu.csv`; in memory they are forward, right, down (`frd`). The inertial
+    /// unit's own roll, pitch and yaw are not converted.
     #[serde(skip_serializing_if = "Axes::are_body")]
     pub axes: Axes,
     /// Roll, pitch and yaw of the inertial unit in the vehicle after `axes`, °, each within ±360. Samples, field and
-    /// the unit's own attitude are rotated back by it.
+    /// the inertial unit's own attitude are rotated back by these angles.
     #[serde(deserialize_with = "mounting", skip_serializing_if = "is_default")]
     pub mounting_deg: [f64; 3],
     /// Unit of the accelerations in `imu.csv`; the names of the columns do not matter.
@@ -141,7 +141,7 @@ pub struct ImuSection {
 }
 
 impl ImuSection {
-    /// Removes the conversion of the samples from the section: from now on they count as converted.
+    /// Takes the conversion of the samples out of the section. From then on the section describes converted samples.
     #[must_use]
     pub fn take_reading(&mut self) -> Reading {
         Reading {
@@ -170,8 +170,8 @@ pub struct GpsSection {
     /// Position of the antenna relative to the centre of gravity, m.
     #[serde(with = "lever_arm")]
     pub antenna_lever_arm_m: Vector<Body>,
-    /// Time from the validity of a fix to its arrival, s, within ±10; in a log, to its time stamp. The filter receives
-    /// the fixes of a log at most 0.2 s after their time of validity.
+    /// Time from the validity of a fix to its arrival, s, within ±10. In a log, arrival means the time stamp. The
+    /// filter receives the fixes of a log at most 0.2 s after their time of validity.
     #[serde(deserialize_with = "latency")]
     pub latency_s: f64,
 }
@@ -253,7 +253,7 @@ pub enum Point {
     Antenna,
 }
 
-/// North that a heading refers to.
+/// North to which a heading refers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum HeadingReference {
@@ -273,7 +273,7 @@ impl Manifest {
         Self::parse(&hovernav_toml::read_text(path)?, path)
     }
 
-    /// Parses the manifest in `text`, with a warning for each unknown key; `path` names it in messages.
+    /// Parses the manifest in `text`, with a warning for each unknown key; `path` names the file in messages.
     ///
     /// # Errors
     /// [`LogError::Toml`] if the text is not TOML, a value is of the wrong kind, or a number is out of range. Also for
@@ -281,7 +281,7 @@ impl Manifest {
     /// silently have no effect.
     pub fn parse(text: &str, path: &Path) -> Result<(Self, Vec<String>), LogError> {
         let (manifest, unknown): (Self, _) = hovernav_toml::parse(text, path)?;
-        // Only this function has the text from which the line follows.
+        // The line of an error follows from the text, which only this function has.
         manifest
             .overlay(&mut EstimatorConfig::default())
             .map_err(|error| error.in_text(text, path))?;

@@ -20,14 +20,15 @@ impl Dataset {
     /// [`Dataset::warnings`] counts each kind. An unknown sigma or attitude is `None`.
     ///
     /// # Errors
-    /// A file, a missing or empty `imu.csv`, missing columns, text instead of a number. A clock that does not run forward, an
-    /// invalid manifest. See [`LogError`].
+    /// A file instead of a directory, a missing or empty `imu.csv`, missing columns, text instead of a number. A clock
+    /// that does not run forward, an invalid manifest. See [`LogError`].
     pub fn open(dir: &Path) -> Result<Self, LogError> {
         Self::open_within(dir, usize::MAX)
     }
 
-    /// [`open`](Self::open) with bounded memory: more than `most` inertial samples stay in their file, and so do as
-    /// many rows of `controls.csv`. Each pass over them reads the file again, so the file must not change.
+    /// [`open`](Self::open) with bounded memory. If there are more than `most` inertial samples, they stay in their
+    /// file, and likewise the rows of `controls.csv`. Each pass over them reads the file again, so the file must not
+    /// change.
     ///
     /// If time goes back in a file, opening it needs memory for the times of all rows.
     ///

@@ -63,7 +63,7 @@ pub(crate) fn gather<R: TimedRows, G>(
     Ok(Gathered { made, order, rows })
 }
 
-/// The order of `rows` where time goes back, from the times of all rows.
+/// The order of `rows` if time goes back, from the times of all rows.
 fn disordered<R: TimedRows>(
     mut rows: R,
     steps: &mut ClockSteps,
@@ -98,12 +98,12 @@ pub(crate) struct Passing {
     /// Number of rows read, and time of the last one.
     read: usize,
     last: Option<Time>,
-    /// Number of left-out rows passed.
+    /// Number of skipped rows among them.
     passed: usize,
 }
 
 impl Passing {
-    /// Whether the next row, at this time, stays in `order`, which may shift the time.
+    /// Whether the next row, at `time`, stays in `order`, which may shift the time.
     pub fn stays(&mut self, time: &mut Time, order: &Order) -> bool {
         let (index, skipped) = (self.read, &order.skipped);
         self.read += 1;

@@ -1,4 +1,4 @@
-//! Rows of a trajectory, checked against what a vehicle can do.
+//! Rows of a trajectory, and the check whether their motion is possible for a vehicle.
 
 use crate::error::LogError;
 use crate::fix_gate::no_place;

@@ -1,4 +1,4 @@
-//! Samples of any form as mean rates.
+//! Conversion of inertial samples of any form to mean rates.
 
 use crate::limits::vibration_mps;
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
@@ -18,7 +18,7 @@ pub(crate) struct Rates {
     pub turn_radps: [f64; 3],
     /// Specific force, m/s².
     pub force_mps2: [f64; 3],
-    /// The unit's own full-scale marks.
+    /// The inertial unit's own full-scale marks.
     pub clipped: ClippedAxes,
 }
 
@@ -30,8 +30,8 @@ impl Rates {
     }
 }
 
-/// Each sample with its angular rate and specific force. Increments are divided by their interval, so the first one has
-/// no rates.
+/// Each sample with its angular rate and specific force. Increments are divided by their interval. The first increment
+/// has no rates, because its interval is unknown.
 pub(crate) fn with_rates(
     samples: impl IntoIterator<Item = ImuSample>,
 ) -> impl Iterator<Item = (ImuSample, Option<Rates>)> {

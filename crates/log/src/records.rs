@@ -10,7 +10,7 @@ pub(crate) struct Records {
     record: ByteRecord,
     line: u64,
     start: usize,
-    /// Byte offset of the source in the file.
+    /// Byte offset in the file at which the source begins.
     origin: u64,
 }
 
@@ -22,7 +22,7 @@ pub(crate) struct Place {
 }
 
 impl Records {
-    /// Records of `source`, after a byte order mark.
+    /// Reader of the records of `source`, after a byte order mark if there is one.
     pub fn new(mut source: Box<dyn Read + Send>) -> io::Result<Self> {
         let mut head = Vec::with_capacity(MARK.len());
         source.by_ref().take(MARK.len() as u64).read_to_end(&mut head)?;
@@ -34,7 +34,7 @@ impl Records {
         Ok(Self::from(Box::new(Cursor::new(head).chain(source)), place))
     }
 
-    /// Records from the one at `place` on, at which `source` begins.
+    /// Reader of the records from `place` on, at which `source` begins.
     pub fn from(source: Box<dyn Read + Send>, place: Place) -> Self {
         let tee = Tee { source, kept: Vec::new(), offset: 0 };
         let reader = ReaderBuilder::new().has_headers(false).flexible(true).from_reader(tee);
@@ -100,7 +100,7 @@ impl Tee {
         self.kept.get(place.saturating_sub(self.offset)..).unwrap_or_default()
     }
 
-    /// Drops the bytes before offset `place`, at intervals.
+    /// Drops the bytes before offset `place` once there are enough of them.
     fn forget(&mut self, place: usize) {
         const WORTH_IT: usize = 1 << 16;
         let count = place.saturating_sub(self.offset).min(self.kept.len());

@@ -52,7 +52,7 @@ pub struct ReferenceMoment {
     pub velocity_mps: [f64; 3],
     /// Roll, pitch and yaw, rad.
     pub attitude_rad: [f64; 3],
-    /// Velocity u, v, w in body axes, m/s: as recorded, else from velocity and attitude.
+    /// Velocity u, v, w in body axes, m/s: as recorded, otherwise from velocity and attitude.
     pub body_velocity_mps: [f64; 3],
 }
 
@@ -142,9 +142,8 @@ impl Reference {
         }
     }
 
-    /// The reference at `time`: position and velocities interpolated linearly, attitude along the
-    /// shortest turn; NaN before its start, beyond its end, and across gaps longer than half a second
-    /// and than three median intervals.
+    /// The reference at `time`: position and velocities interpolated linearly, attitude along the shortest turn; NaN
+    /// before its start, beyond its end, and across gaps longer than both half a second and three median intervals.
     #[must_use]
     pub fn at(&self, time: Time) -> ReferenceMoment {
         let velocity_mps = self.velocity.at(time, linear);
@@ -240,7 +239,7 @@ fn wrapped_linear(from_rad: f64, to_rad: f64, fraction: f64) -> f64 {
     wrap_angle(from_rad + wrap_angle(to_rad - from_rad) * fraction)
 }
 
-/// Spherical linear interpolation, or angle by angle unless all three are known.
+/// Spherical linear interpolation, or linear interpolation of each angle if an angle is unknown.
 fn along_shortest_turn(from: [f64; 3], to: [f64; 3], fraction: f64) -> [f64; 3] {
     if !is_finite(from) || !is_finite(to) {
         return std::array::from_fn(|axis| wrapped_linear(from[axis], to[axis], fraction));

@@ -11,7 +11,7 @@ use crate::reference::Reference;
 use crate::score::Statistics;
 use crate::statistics::thin_to_extremes;
 
-/// Largest deviation of the time between two poses from the requested one, as a share of it.
+/// Largest deviation of the time between two poses from the requested one, as a fraction of the requested time.
 const TOLERANCE: f64 = 0.1;
 /// Largest number of points in the series.
 const SERIES_POINTS: usize = 2000;
@@ -55,11 +55,12 @@ struct Pose {
     body_to_ned: Rotation<Body, Ned>,
 }
 
-/// Errors of the motion of `solutions`, in time order, over `over_s` seconds against `reference`. `None` if no two poses
-/// that far apart have a reference.
+/// Errors of the motion of `solutions`, in time order, over `over_s` seconds against `reference`. `None` if no two
+/// poses that far apart have a reference.
 ///
-/// The translation is resolved in the body axes of the earlier pose, each side by its own attitude, so that neither a
-/// constant displacement nor a constant heading error counts. Without attitudes it is resolved in north, east, down.
+/// The translation is resolved in the body axes of the earlier pose, for each trajectory by its own attitude. So
+/// neither a constant displacement nor a constant heading error counts. Without attitudes it is resolved in north,
+/// east, down.
 ///
 /// # Source
 /// Sturm, Engelhard, Endres, Burgard, Cremers, *A benchmark for the evaluation of RGB-D SLAM systems*, IROS 2012,
@@ -114,7 +115,8 @@ fn pose_at(reference: &Reference, time: Time) -> Pose {
     }
 }
 
-/// Translation error, m, and rotation error, degrees, of the motion between the poses of `own` against `other`.
+/// Error of the motion between the two poses of `own`, compared with that of `other`: translation, m, and rotation,
+/// degrees.
 fn error(own: [Pose; 2], other: [Pose; 2]) -> (f64, f64) {
     let has_attitude = [own, other].iter().flatten().all(|pose| pose.body_to_ned.is_finite());
     let moved_m = |[from, to]: [Pose; 2]| to.place.displacement_from(&from.place);
@@ -123,7 +125,7 @@ fn error(own: [Pose; 2], other: [Pose; 2]) -> (f64, f64) {
     }
     let moved_body_m =
         |poses: [Pose; 2]| -> Vector<Body> { poses[0].body_to_ned.inverse() * moved_m(poses) };
-    // The rotation of the body from the earlier to the later pose.
+    // Rotation of the body from the earlier to the later pose.
     let turned = |[from, to]: [Pose; 2]| from.body_to_ned.inverse() * to.body_to_ned;
     let turn = turned(other).inverse() * turned(own);
     let angle_rad = turn.rotation_vector().norm();
@@ -135,7 +137,7 @@ mod tests {
     use super::*;
     use crate::trajectory::Trajectory;
 
-    /// Ten seconds at 10 m/s on the heading, at 10 Hz, from `start`, and a turn of `turn_degps` from 5 s on.
+    /// Path from `start` over 10 s at 10 m/s along the heading, at 10 Hz. From 5 s on it turns with `turn_degps`.
     fn path(heading_deg: f64, turn_degps: f64, start: Geodetic) -> Vec<Solution> {
         let mut place = start;
         let of = |tenth: u32| {

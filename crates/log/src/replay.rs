@@ -35,7 +35,7 @@ impl Outage {
 pub struct Run {
     /// The settings of the run.
     pub config: EstimatorConfig,
-    /// The solutions in memory: one per accepted inertial sample, from the end of alignment on, or some of them.
+    /// The solutions in memory, from the end of alignment on: one per accepted inertial sample, or some of them.
     pub solutions: Vec<Solution>,
     /// Number of solutions not in memory.
     pub solutions_thinned: usize,
@@ -46,23 +46,22 @@ pub struct Run {
     pub fixes_thinned: usize,
     /// Number of comparisons of other aids not among the notices.
     pub comparisons_thinned: usize,
-    /// Number of fixes of which at least one part corrected the state, and of fixes of which at least one part was
-    /// rejected.
+    /// Number of fixes with at least one used channel, and of fixes with at least one rejected channel.
     pub fixes_compared: FixTally,
     /// Tallies of all comparisons, by the channel's name.
     pub channels: BTreeMap<&'static str, ChannelTally>,
-    /// Faulty readings that could not be used, each with a notice.
+    /// Number of faulty readings that could not be used, each with a notice.
     pub unusable: UnusedReadings,
-    /// Readings skipped by design: too soon after the last one, or before the heading is known.
+    /// Number of readings skipped by design: too soon after the last one, or before the heading is known.
     pub skipped: UnusedReadings,
     /// Time by which the fixes are valid earlier than declared, s, with its one-sigma.
     pub gps_offset: Option<(f64, f64)>,
-    /// Largest ratio of the inertial unit's noise to the assumed noise, in variance.
+    /// Largest ratio of the variance of the inertial unit's noise to the assumed variance.
     pub noise_excess: f64,
     /// Mean ratio of the used to the stated one-sigmas, for positions and horizontal velocities of fixes.
     pub stated_times: [f64; 2],
     learned_from: usize,
-    /// `None` if all comparisons are kept.
+    /// Thinning of the comparisons; `None` if all are kept.
     thinning: Option<Thinning>,
 }
 
@@ -147,7 +146,7 @@ impl Run {
 }
 
 impl Dataset {
-    /// Ignores the fixes within `outages`, and thins the rest to at most `rate_hz`.
+    /// Removes the fixes within `outages`, and thins the rest to at most `rate_hz`.
     pub fn withhold(&mut self, outages: &[Outage], rate_hz: Option<f64>) {
         // The interval may be a tenth shorter, for the jitter of the receiver's clock.
         let interval_s = rate_hz.map_or(0.0, |rate_hz| 0.9 / rate_hz);
@@ -199,7 +198,7 @@ impl Dataset {
         failure.map_or(Ok(run), Err)
     }
 
-    // Compiled once here, instead of the whole filter for every caller's closure.
+    // Compiled once here, so that the whole filter is not compiled for every caller's closure.
     fn estimated(
         &self,
         config: &EstimatorConfig,

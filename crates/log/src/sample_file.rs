@@ -18,7 +18,7 @@ use hovernav::imu::ImuSample;
 #[derive(Clone, Debug)]
 pub struct SampleFile {
     shared: Arc<Shared>,
-    /// Additional conversions, applied after the first one.
+    /// Further conversions, applied after the first one.
     turned: Vec<Reading>,
 }
 
@@ -92,7 +92,7 @@ pub(crate) fn open(
 /// Result of the first pass over the samples.
 struct FirstReading {
     most: usize,
-    /// `None` if there are too many.
+    /// The samples read; `None` if there are too many.
     samples: Option<Vec<ImuSample>>,
     faults: Faults,
     overview: Overview,
@@ -100,8 +100,8 @@ struct FirstReading {
 
 impl FirstReading {
     fn new(dir: &Path, most: usize) -> Self {
-        // Room for all samples at once, because a growing vector needs up to twice the memory; none if they seem too
-        // many.
+        // Memory for all samples is reserved at once, because a growing vector needs up to twice the memory. Nothing is
+        // reserved if there seem to be too many samples.
         let expected = usize::try_from(rows_of(&dir.join(crate::imu::FILE))).unwrap_or(usize::MAX);
         let samples = (expected <= most).then(|| Vec::with_capacity(expected));
         Self { most, samples, faults: Faults::default(), overview: Overview::default() }
@@ -140,7 +140,7 @@ impl SampleFile {
         self.overview().with_magnetic_field > 0 && !is_passed_over
     }
 
-    /// Checks that every pass so far found the samples of the first one.
+    /// Checks that all later passes found the samples of the first one.
     ///
     /// # Errors
     /// The first failure: the file has changed, or can no longer be read.
@@ -154,7 +154,7 @@ impl SampleFile {
 pub(crate) struct FromFile<'a> {
     shared: &'a Shared,
     turned: &'a [Reading],
-    /// Open after the first read.
+    /// Reader of the file, open after the first read.
     rows: Option<ImuRows>,
     /// Start of the row that was read last.
     place: Option<Place>,

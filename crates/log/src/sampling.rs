@@ -20,9 +20,9 @@ pub struct SampleRates {
 
 impl SampleRates {
     /// Required rates for angular rates and specific forces, which lose the motion between two samples. A small
-    /// helicopter rolls and pitches at up to 3 Hz. Six samples a cycle integrate that with an error of a tenth, so
-    /// every second sample of a 33 Hz unit is too few. Eight samples a cycle give a twentieth, which is the 25 Hz of
-    /// slow autopilot logs with a fast clock.
+    /// helicopter rolls and pitches at up to 3 Hz. Six samples a cycle integrate that motion with an error of a tenth.
+    /// So every second sample of a 33 Hz inertial unit is too few. Eight samples a cycle give a twentieth, which is the
+    /// 25 Hz of slow autopilot logs with a fast clock.
     pub const RATES: Self = Self { least_hz: 18.0, poor_hz: 24.0 };
     /// Required rates for increments of angle and velocity, which contain all motion since the previous sample, except
     /// coning and sculling. One sample may be lost: two and a half samples fit within the filter's gap limit of a

@@ -86,8 +86,8 @@ impl Axis {
 pub struct Score {
     /// Start of scoring; earlier times appear only in the series.
     pub from: Time,
-    /// Time at which the heading was first known, to a one-sigma of 15° in the solution, if after [`from`](Self::from):
-    /// attitude is scored from then on.
+    /// Time at which the heading was first known, if after [`from`](Self::from): the one-sigma of the solution is at
+    /// most 15°. Attitude is scored from then on.
     pub heading_known: Option<Time>,
     /// The axes in the reference, in the order of [`Axis::ALL`].
     pub axes: Vec<AxisScore>,
@@ -102,8 +102,8 @@ pub struct AxisScore {
     pub statistics: Statistics,
     /// Number of samples compared.
     pub samples: usize,
-    /// Fraction of samples whose error is within three sigmas, if the filter gives any: 0.997 for a consistent filter.
-    /// The variance is the sum of the variances of filter and reference.
+    /// Fraction of samples whose error is within three sigmas: 0.997 for a consistent filter. `None` if the filter
+    /// gives no sigma. The variance is the sum of the variances of filter and reference.
     pub within_3_sigma: Option<f64>,
     /// Root mean square of error over sigma, with the sigma of `within_3_sigma`: 1 for a consistent filter. `None` if a
     /// sigma is zero.
@@ -211,7 +211,7 @@ pub fn score(solutions: &[Solution], reference: &Reference, first_imu: Time) -> 
 /// Largest one-sigma of a known heading, rad.
 const HEADING_KNOWN_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
 
-/// Time at which the heading is first known; `None` if it never is, or is from the start.
+/// Time at which the heading is first known; `None` if it is never known, or known from the start.
 fn heading_known(solutions: &[Solution]) -> Option<Time> {
     let known = |solution: &Solution| {
         let [.., sigma_rad] = solution.attitude_sigma_rad;
@@ -269,7 +269,7 @@ fn score_axis(axis: Axis, points: &[ErrorPoint], from: Time, own_sigma: f64) -> 
     })
 }
 
-/// Solution minus reference in the order of [`Axis::ALL`]; NaN where the reference is unknown.
+/// Solution minus reference in the order of [`Axis::ALL`]; NaN if the reference is unknown.
 #[must_use]
 pub fn axis_errors(solution: &Solution, reference: &Reference) -> [f64; 13] {
     let ReferenceMoment { position, velocity_mps, attitude_rad, body_velocity_mps } =

@@ -1,4 +1,4 @@
-//! Items in order of time; three components over time, stored only as far as they will be needed.
+//! Selection of items by time, and time series of three components that store only what later interpolation needs.
 
 use crate::distribution::Distribution;
 use hovernav::time::Time;

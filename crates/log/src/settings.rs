@@ -92,12 +92,12 @@ impl Dataset {
 }
 
 impl Manifest {
-    /// The estimator's settings for a vehicle. They begin with the defaults, then come the manifest's mounting and
-    /// sensors, then the keys of its sections `[alignment]`, `[aiding]` and `[filter.*]`.
+    /// The estimator's settings for a vehicle. They begin with the defaults. The manifest's mounting and sensors
+    /// override them, and then the keys of its sections `[alignment]`, `[aiding]` and `[filter.*]`.
     ///
-    /// `magnetic` is whether there is a magnetometer. If that or the unit's heading is magnetic and the manifest has no
-    /// declination, the World Magnetic Model gives it at `place`. The remark states the date of the model, or why it
-    /// gives none.
+    /// `magnetic` is whether there is a magnetometer. If there is one, or if the inertial unit's heading is magnetic,
+    /// the filter needs the declination. The World Magnetic Model gives it at `place` if the manifest has none. The
+    /// remark states the date of the model, or why the model gives no declination.
     ///
     /// # Errors
     /// [`LogError::Toml`] for an unknown key or an invalid value in those sections.
@@ -204,7 +204,7 @@ impl Manifest {
 const FILTER_SECTIONS: &[&str] =
     &["imu", "gps", "attitude", "magnetometer", "baro", "gate", "mechanisms"];
 
-/// `aligned` if its numbers are within their ranges.
+/// Checks that the numbers of `aligned` are within their ranges.
 fn within_range(aligned: AlignmentConfig) -> Result<AlignmentConfig, ValueError> {
     for (key, value, most) in [
         ("duration_s", aligned.duration_s, 600.0),
@@ -229,7 +229,7 @@ fn within_range(aligned: AlignmentConfig) -> Result<AlignmentConfig, ValueError>
 pub enum Declination {
     /// From the World Magnetic Model.
     Model(String),
-    /// The model has none, so 0 is used.
+    /// The model gives no declination, so 0 is used.
     None(String),
 }
 

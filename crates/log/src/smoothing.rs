@@ -1,8 +1,8 @@
 //! Smoothing of a recorded flight: the estimator forward, then backward.
 //!
 //! The smoother needs ten times the memory of a sample for each sample. So the filter runs over the log twice. The
-//! first run stores only the filter at the start of every block of samples. Then, from the last block to the first,
-//! the filter runs over each block again, and the smoother goes back over it at once.
+//! first run stores only the filter at the start of every block of samples. Then the filter runs over each block again,
+//! from the last block to the first. After each block, the smoother goes back over it at once.
 
 use std::cell::Cell;
 use std::mem::size_of;
@@ -29,13 +29,13 @@ pub struct SmoothedRun {
     /// The smoothed solutions, at the times of the forward run's; empty if nothing could be smoothed, see
     /// [`Dataset::smooth`].
     pub solutions: Vec<Solution>,
-    /// Spans whose smoothed solutions were inconsistent with the fixes and were replaced by the filter's own.
+    /// Spans whose smoothed solutions were inconsistent with the fixes. The filter's own solutions replace them.
     pub denied: Vec<Finding>,
 }
 
 /// Smallest number of samples of a block, for which the smoother needs 16 MB.
 const LEAST_BLOCK: usize = 4096;
-/// One-sigma of a heading at the start that was found later, rad (15°): gyros have drifted since.
+/// One-sigma, rad (15°), of a heading that was found later and is used at the start: the gyros have drifted since.
 const START_SIGMA_RAD: f64 = 0.26;
 /// Largest memory of the smoother for one sample, bytes.
 const TRACE: usize = 4096;
@@ -50,14 +50,14 @@ impl Dataset {
     /// Runs the estimator forward over the log, then smooths backward, so that every solution uses the whole log for
     /// states and biases.
     ///
-    /// If the heading is found only in motion, the log is run again from a start turned to that heading. So all
-    /// of it is smoothed. Nothing is smoothed if alignment never ends or the heading is never found: any chosen heading
-    /// would be a guess. `progress` receives the number of inertial samples done in the current run, forward or backward,
-    /// and can end the smoothing: the result is then `None`. `keep` selects the solutions of the forward run that stay in
-    /// memory.
+    /// If the heading is found only in motion, the log is run again from a start turned to that heading. So the whole
+    /// log is smoothed. Nothing is smoothed if alignment never ends or the heading is never found: any chosen heading
+    /// would be arbitrary. `progress` receives the number of inertial samples done in the current run, forward or
+    /// backward, and can end the smoothing: the result is then `None`. `keep` selects the solutions of the forward run
+    /// that stay in memory.
     ///
     /// Where the fixes are inconsistent with the smoothed path, the filter's own solutions replace it, with a finding.
-    /// The step at either end is the size of the inconsistency.
+    /// At either end of the replacement, the path steps by the size of the inconsistency.
     ///
     /// See [`Smoother`] for the method, [`smoothing_bytes`](Self::smoothing_bytes) for the memory.
     pub fn smooth_keeping(
@@ -177,8 +177,8 @@ impl Dataset {
         }
     }
 
-    /// Forward run with a checkpoint before the first sample of every block; from `start` if given, else from the
-    /// alignment's own start. `None` if `progress` ended it.
+    /// Runs the filter forward and stores a checkpoint before the first sample of every block. The run begins from
+    /// `start` if given, otherwise from the alignment's own start. `None` if `progress` ended it.
     fn checkpointed<'a>(
         &'a self,
         config: &EstimatorConfig,

@@ -68,8 +68,7 @@ pub fn solution_row(solution: &Solution) -> [f64; 31] {
 /// Optional columns of `solution.csv` after the standard ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExtraColumns {
-    /// The attitude from body to NED as a unit quaternion, scalar first and not negative:
-    /// `q_w, q_x, q_y, q_z`.
+    /// The attitude from body to NED as a unit quaternion; the scalar is first and not negative: `q_w, q_x, q_y, q_z`.
     Quaternion,
     /// Displacement from the first solution, m, north, east and down: `north_m, east_m, down_m`.
     Local,

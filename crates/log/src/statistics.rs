@@ -129,7 +129,7 @@ impl<X: Copy + PartialOrd> Extremes<X> {
     }
 }
 
-/// Lowest and highest point, including another one.
+/// Lowest and highest of the points `low`, `high` and `point`.
 fn widened<X: Copy>([low, high]: [(X, f64); 2], point: (X, f64)) -> [(X, f64); 2] {
     [if point.1 < low.1 { point } else { low }, if point.1 > high.1 { point } else { high }]
 }

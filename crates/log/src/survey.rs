@@ -31,7 +31,7 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Surveys `dataset`; where the filter can be run over it, it is.
+    /// Surveys `dataset`. Runs the filter over it if that is possible.
     #[must_use]
     pub fn of(dataset: &Dataset) -> Self {
         let nothing_to_run = dataset.fixes.is_empty() || dataset.sample_count() == 0;

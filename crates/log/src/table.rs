@@ -122,8 +122,8 @@ impl Table {
         Some(columns)
     }
 
-    /// Lists the columns that were never requested, except those in `without_use`. Otherwise a misspelt optional column
-    /// would be ignored unnoticed.
+    /// Lists the columns that were never requested, except those in `without_use`. Without this list, a misspelt
+    /// optional column would be ignored unnoticed.
     pub fn remark_unused(&self, without_use: &[&str], remarks: &mut Remarks) {
         let unused: Vec<&str> = self
             .header

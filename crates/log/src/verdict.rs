@@ -1,4 +1,4 @@
-//! The verdict on a solution in words.
+//! Verdict on a solution, in words.
 
 use std::collections::HashSet;
 
@@ -24,8 +24,8 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// The verdict on a run: the worst of its findings, ranked by harm, and of the consistency of its `innovations`, in
-    /// the filter's order. Without both, the `warnings` decide.
+    /// The verdict on a run, by the worst of its findings and by the consistency of its `innovations`. Findings are
+    /// ranked by harm; innovations are in the filter's order. Without both, the `warnings` decide.
     #[must_use]
     pub fn of_run(findings: &[Finding], warnings: &[String], innovations: &[Innovation]) -> Self {
         let mut reasons: Vec<(Level, String)> = Vec::new();
@@ -42,7 +42,7 @@ impl Verdict {
         }
         let mut worst: Vec<&Finding> = findings.iter().filter(|one| one.is_warning()).collect();
         worst.sort_by(|a, b| a.by_harm(b));
-        // Of each sensor and kind the worst, so that a cause is named next to its effect.
+        // Only the worst finding of each sensor and kind is named. So a cause is named next to its effect.
         let mut named = HashSet::new();
         worst.retain(|finding| named.insert((finding.sensor.name(), finding.kind.name())));
         reasons.extend(worst.into_iter().map(|finding| {

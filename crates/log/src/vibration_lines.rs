@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::rates::{AXES, Rates};
 use crate::statistics::quantile;
 
-/// A line of vibration.
+/// A line in the vibration spectrum.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct VibrationLine {
     /// Sensor axis: `gyro x` to `accelerometer z`.
@@ -20,11 +20,11 @@ pub struct VibrationLine {
     pub unit: &'static str,
 }
 
-/// Number of samples in a segment.
+/// Number of samples in a segment of the spectrum.
 const LENGTH: usize = 256;
-/// Largest number of segments.
+/// Largest number of segments of the spectrum.
 const SEGMENTS: usize = 32;
-/// Factor by which a line exceeds its neighbourhood.
+/// Smallest ratio of a line's power to that of its neighbourhood.
 const ABOVE: f64 = 8.0;
 /// Number of bins in the neighbourhood of a line.
 const NEAR: usize = 12;

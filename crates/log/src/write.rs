@@ -16,8 +16,8 @@ use hovernav::imu::Motion;
 use hovernav_toml::write_whole;
 
 impl Dataset {
-    /// Writes this dataset to the directory `dir`, which is created if necessary, and its true motion if `reference` is
-    /// not empty.
+    /// Writes this dataset to the directory `dir`, which is created if necessary. Also writes the true motion if
+    /// `reference` is not empty.
     ///
     /// Numbers have the fewest digits that read back as the same number, and times have nanoseconds. Values that were
     /// in degrees read back to within rounding. Tables of an earlier dataset in `dir` that this one does not have are

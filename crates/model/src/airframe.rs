@@ -9,19 +9,23 @@ use super::helicopter::{HelicopterState, StateDerivative};
 use super::hover::unit_of;
 use super::{ModelError, StateSpace};
 
-/// States of the airframe with a derivative of their own, in the order of its rows. Attitude is kinematics.
+/// States whose derivatives come from the linear model, one row each, in this order. The derivative of the attitude is
+/// kinematic.
 const ROWS: [&str; 11] = ["u", "v", "w", "p", "q", "r", "a", "b", "c", "d", "rfb"];
-/// Rows and columns of velocity and rate: required in every model.
+/// Number of velocity and rate states at the start of [`ROWS`]; every model must have them.
 const RIGID: usize = 6;
-/// Columns: the rows' states, then the attitude, then the sticks.
+/// Number of columns of the slopes: the states of [`ROWS`], roll and pitch, then the sticks.
 const COLUMNS: usize = ROWS.len() + 2 + Sticks::NAMES.len();
+/// Column of the roll angle.
 const PHI: usize = ROWS.len();
+/// Column of the pitch angle.
 const THETA: usize = PHI + 1;
+/// Column of the first stick.
 const FIRST_STICK: usize = THETA + 1;
-/// Largest difference of the tilted gravity in a model from standard gravity, m/s² per rad.
+/// Largest difference between the gravity of a model and standard gravity, m/s² per rad of tilt.
 const GRAVITY_MPS2: f64 = 0.5;
 
-/// Reasons why a linear model is no airframe.
+/// Reasons why a linear model cannot be used as an airframe.
 #[derive(Debug, thiserror::Error)]
 pub enum AirframeError {
     /// A state or stick is missing, or the model is discrete.
@@ -43,7 +47,7 @@ pub enum AirframeError {
         /// Unit of the airframe.
         expected: &'static str,
     },
-    /// Gravity does not act as in a hover.
+    /// A gravity term of the model differs from that of a hover.
     #[error(
         "A, row {row}, column {column}: found {found} m/s² per rad, expected gravity, {expected}"
     )]
@@ -52,7 +56,7 @@ pub enum AirframeError {
         row: &'static str,
         /// State of the column.
         column: &'static str,
-        /// Entry.
+        /// Value of the entry.
         found: f64,
         /// Gravity with the sign of the entry, m/s².
         expected: f64,
@@ -64,7 +68,7 @@ pub enum AirframeError {
     Heading {
         /// State of the row.
         row: String,
-        /// Entry.
+        /// Value of the entry.
         found: f64,
     },
 }
@@ -72,20 +76,20 @@ pub enum AirframeError {
 /// An airframe whose forces, moments and rotor follow a linear hover model.
 ///
 /// The forces of the model act on a rigid body with the full kinematics: gravity turns with the attitude, and a rate
-/// turns the velocity. The columns of u, v and w act on the velocity relative to the air. Valid near a hover: some m/s
-/// of airspeed and some tens of degrees of tilt; beyond it the forces stay linear.
+/// turns the velocity. The columns of u, v and w are multiplied by the velocity relative to the air. Valid near a
+/// hover: up to a few m/s of airspeed and a few tens of degrees of tilt. Beyond these limits the forces stay linear.
 ///
 /// # Source
 /// Equation (V20) of docs/equations.md.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearAirframe {
-    /// Derivative of each of [`ROWS`] by each column, without gravity.
+    /// Derivatives of the rate of change of each of [`ROWS`] with respect to each column, without gravity.
     slopes: [[f64; COLUMNS]; ROWS.len()],
 }
 
 impl LinearAirframe {
-    /// The airframe of `model`: continuous, with the states u, v, w, p, q, r and the four sticks. phi, theta, psi, a, b,
-    /// c, d and rfb are optional.
+    /// The airframe of `model`. The model must be continuous and have the states u, v, w, p, q, r and the four sticks.
+    /// phi, theta, psi, a, b, c, d and rfb are optional.
     ///
     /// # Errors
     /// [`AirframeError`].
@@ -138,8 +142,8 @@ impl LinearAirframe {
         Ok(Self { slopes })
     }
 
-    /// Derivative of `state` under `sticks`, −1…1 about trim, in a wind of `wind_mps`. Does not allocate or panic; NaN in
-    /// gives NaN out.
+    /// Time derivative of `state` with the sticks at `sticks`, −1…1 about trim, in the wind `wind_mps`. It does not
+    /// allocate or panic. A NaN input gives a NaN output.
     #[must_use]
     pub fn derivative(
         &self,
@@ -196,7 +200,7 @@ impl LinearAirframe {
     }
 }
 
-/// Full travel of `stick` on one side, in the unit of `model`.
+/// Value of `stick` at full travel to one side, in the unit of `model`.
 fn full_travel(model: &StateSpace, stick: &str) -> Result<f64, AirframeError> {
     match model.inputs()[model.input(stick)?].unit.as_str() {
         "stick" => Ok(1.0),

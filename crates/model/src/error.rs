@@ -8,7 +8,7 @@ pub enum ModelError {
     /// A model file cannot be read or written, or does not contain a model.
     #[error(transparent)]
     Toml(#[from] TomlError),
-    /// The shape of a matrix does not match the names.
+    /// The shape of a matrix does not match the names of its rows and columns.
     #[error("{matrix}: found {rows}x{columns}, expected {expected_rows}x{expected_columns}")]
     Shape {
         /// The matrix.
@@ -17,9 +17,9 @@ pub enum ModelError {
         rows: usize,
         /// Columns found.
         columns: usize,
-        /// Rows according to the names.
+        /// Number of rows required by the names.
         expected_rows: usize,
-        /// Columns according to the names.
+        /// Number of columns required by the names.
         expected_columns: usize,
     },
     /// A matrix contains NaN or an infinity.
@@ -27,9 +27,9 @@ pub enum ModelError {
     NotFinite {
         /// The matrix.
         matrix: &'static str,
-        /// Row, from 1.
+        /// Row number, counted from 1.
         row: usize,
-        /// Column, from 1.
+        /// Column number, counted from 1.
         column: usize,
         /// Value found.
         value: f64,
@@ -45,7 +45,7 @@ pub enum ModelError {
     /// A name is empty or occurs twice.
     #[error("{list}: found the name \"{name}\" {found}, expected each name once")]
     Name {
-        /// The list.
+        /// List that contains the name, for example `states`.
         list: &'static str,
         /// The name.
         name: String,
@@ -55,7 +55,7 @@ pub enum ModelError {
     /// A slope refers to something that the model does not have, or is not a number.
     #[error("slope {index}, {what}: found \"{found}\", expected {expected}")]
     Slope {
-        /// The slope, from 1.
+        /// Number of the slope, counted from 1.
         index: usize,
         /// Invalid part of the slope.
         what: &'static str,
@@ -64,14 +64,14 @@ pub enum ModelError {
         /// Value expected.
         expected: &'static str,
     },
-    /// The model has no such name.
+    /// The model has no state, input or output of the requested name.
     #[error("{list}: the model has no \"{name}\", expected one of {known}")]
     Unknown {
-        /// The list.
+        /// List that was searched, for example `states`.
         list: &'static str,
         /// The requested name.
         name: String,
-        /// The existing names.
+        /// Names that exist in the list.
         known: String,
     },
     /// The sample period is not a positive number.
@@ -80,7 +80,7 @@ pub enum ModelError {
         /// Value found, s.
         period_s: f64,
     },
-    /// The operation requires the other time domain.
+    /// The operation requires a continuous model and found a discrete one, or the reverse.
     #[error("the model is {found}, expected {expected}")]
     TimeDomain {
         /// Time domain of the model.
@@ -88,7 +88,7 @@ pub enum ModelError {
         /// Time domain expected.
         expected: &'static str,
     },
-    /// States to remove have no steady state.
+    /// The states to be removed have no steady state.
     #[error("states {states} cannot be removed: they have no steady state")]
     NoSteadyValue {
         /// The states.

@@ -16,9 +16,10 @@ use super::verdict::{Grade, Verdict};
 
 type Rows = Vec<Vec<f64>>;
 
+/// Key of the covariance of the parameters.
 const COVARIANCE: &str = "parameter_covariance";
 
-/// The content of the file. Matrices are lists of rows.
+/// Content of `model.toml`. Matrices are lists of rows.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -70,11 +71,11 @@ impl StateSpace {
     /// and optionally `outputs` are tables of `name` and `unit`. `parameters` are tables of `name`, `value`, `unit`,
     /// with the matrix `parameter_covariance`. `slopes` are tables of `parameter`, `row`, `column`, `slope` as in
     /// [`Slope`]. The `verdict` is `"good"`, `"care"` or `"do not fly"`; its `reasons` are required unless it is
-    /// `"good"`. Without `outputs` the states are the outputs. A variance is at most 1e12, of a delay or lag 1e6 s².
+    /// `"good"`. Without `outputs` the states are the outputs. A variance must not exceed 1e12, or 1e6 s² for a delay
+    /// or a lag.
     ///
     /// # Errors
-    /// [`ModelError::Toml`] with the line, where the text is not TOML, a key is missing or unknown, or the content is
-    /// not a valid model.
+    /// [`ModelError::Toml`] with the line of the error: invalid TOML, a missing or unknown key, or an invalid model.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ModelError> {
         let rejected = |key: &str, reason: String| -> ModelError {
             TomlError::at(path, text, hovernav_toml::offset_of_key(text, key), &reason).into()
@@ -102,7 +103,7 @@ impl StateSpace {
         let d = written.d.as_ref().map(|rows| read("D", "D", rows)).transpose()?;
         let covariance = written.parameter_covariance.as_ref();
         let covariance = covariance.map(|rows| read(COVARIANCE, "covariance", rows)).transpose()?;
-        // An error of the model refers to the line of its matrix or list.
+        // An error of the model is reported at the line of the matrix or list that contains it.
         let placed = |error: ModelError| {
             let key = match &error {
                 ModelError::Shape { matrix, .. } | ModelError::NotFinite { matrix, .. } => {
@@ -226,8 +227,8 @@ impl StateSpace {
 }
 
 /// Largest plausible standard error of the parameter `name`, in its unit. It is a thousand times the largest possible
-/// value: 1 s for a stick's delay or a servo's lag, about 1000 for a derivative in SI. With a larger one the parameter
-/// is unknown, and no design is possible.
+/// value: 1 s for a stick's delay or a servo's lag, about 1000 for a derivative in SI. A larger standard error means
+/// that the parameter is unknown and that no design is possible.
 fn least_known(name: &str) -> f64 {
     match name.split_once('_') {
         Some(("tau", "lat" | "lon" | "col" | "ped") | ("lag", _)) => 1e3,
@@ -235,8 +236,8 @@ fn least_known(name: &str) -> f64 {
     }
 }
 
-/// Verdict in the model's file; an error consists of the key and the reason. Verdict and reasons are written together:
-/// if one of them is missing or contradicts the other, the file was edited.
+/// Verdict in the model file. An error consists of the key and the reason for the rejection. Verdict and reasons are
+/// written together. If one of them is missing or contradicts the other, the file was edited.
 fn verdict(
     grade: Option<Grade>,
     reasons: Vec<String>,

@@ -4,13 +4,13 @@ use super::signs::WrongSign;
 use super::state_space::StateSpace;
 use super::verdict::{Grade, Verdict};
 
-/// Beginning of the source of an identified model.
+/// Beginning of the source text of every identified model.
 pub const IDENTIFIED: &str = "identified by prediction error";
 
 /// Reasons why a model must not be flown.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unflyable {
-    /// The verdict of the model itself.
+    /// The verdict in the model is "do not fly".
     #[error("found the verdict \"do not fly\" ({}), expected a flyable model", .reasons.join("; "))]
     Verdict {
         /// The verdict's reasons.
@@ -33,9 +33,9 @@ pub enum Unflyable {
 }
 
 impl StateSpace {
-    /// The reason why the model must not be flown, or `None`. Its verdict is "do not fly", it was identified and has no
-    /// verdict, or a derivative has an impossible sign according to [`StateSpace::wrong_signs`]. A model written by
-    /// hand needs no verdict.
+    /// The reason why the model must not be flown, or `None` if it may be flown. The reason is a verdict "do not fly",
+    /// an identified model without a verdict, or an impossible sign according to [`StateSpace::wrong_signs`]. A model
+    /// written by hand needs no verdict.
     #[must_use]
     pub fn unflyable(&self) -> Option<Unflyable> {
         match self.verdict() {

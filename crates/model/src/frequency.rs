@@ -4,8 +4,8 @@ use nalgebra::{Complex, DMatrix};
 
 use super::linear::{LinearModel, TimeDomain};
 
-/// A linear model with its A in Hessenberg form. A response takes n² operations, where
-/// [`LinearModel::frequency_response`] takes n³.
+/// A linear model with its A in Hessenberg form, prepared for many frequencies. One response takes about n² operations;
+/// [`LinearModel::frequency_response`] takes about n³.
 ///
 /// ```
 /// use hovernav_model::shipped;
@@ -18,8 +18,8 @@ use super::linear::{LinearModel, TimeDomain};
 #[derive(Clone, Debug)]
 pub struct FrequencySweep {
     time: TimeDomain,
-    /// −QᵀAQ and QᵀB in adjacent columns, transposed, so that a row of the equations is contiguous. The first element
-    /// of a row is left of the diagonal, with zeros before it.
+    /// The matrix [−QᵀAQ, QᵀB], transposed so that each row of the equations is contiguous in memory. In each row the
+    /// elements before the left neighbour of the diagonal are zero.
     equations: DMatrix<Complex<f64>>,
     c: DMatrix<f64>,
     d: DMatrix<f64>,
@@ -57,7 +57,7 @@ impl FrequencySweep {
         for k in 0..n {
             rows[(k, k)] += z;
         }
-        // Only the diagonal and its left neighbour can be the pivot.
+        // In column k only the rows k and k + 1 can contain the pivot.
         for k in 0..n.saturating_sub(1) {
             if rows[(k, k + 1)].norm_sqr() > rows[(k, k)].norm_sqr() {
                 rows.swap_columns(k, k + 1);

@@ -1,6 +1,6 @@
 //! Structures of hover models: the position of each derivative in the matrices.
 //!
-//! Units follow from the states (m/s, rad/s, rad) and from the given unit of the stick: Paw's derivatives are per
+//! Units follow from the states (m/s, rad/s, rad) and from the given unit of the stick. Paw's derivatives are per
 //! percent of stick.
 
 use nalgebra::{DMatrix, dmatrix};
@@ -11,8 +11,8 @@ use super::signal::Signal;
 use super::state_space::StateSpace;
 use hovernav::controls::Sticks;
 
-/// States of hover models with their units. They are velocity and rate in body axes, attitude, flapping (a backwards, b
-/// to the right), the stabiliser bar's tilt and the yaw gyro's low-passed rate.
+/// States of hover models with their units. They are velocity and rate in body axes, attitude, flapping, the tilt of
+/// the stabiliser bar and the low-passed rate of the yaw gyro. Flapping a is positive backwards, b to the right.
 pub const STATES: [(&str, &str); 14] = [
     ("u", "m/s"),
     ("v", "m/s"),
@@ -42,57 +42,57 @@ pub fn unit_of(name: &str) -> &'static str {
 /// Paw (2005), equations 3.50–3.57, doi:10.32657/10356/47095; flapping in the form of Mettler.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HybridDerivatives {
-    /// Time constant of flapping with the bar, s.
+    /// Time constant of flapping, including the effect of the stabilizer bar, s.
     pub tau_f: f64,
-    /// Longitudinal flapping per lateral flapping, without unit.
+    /// Longitudinal flapping due to lateral flapping, dimensionless.
     pub ab: f64,
-    /// Lateral flapping per longitudinal flapping, without unit.
+    /// Lateral flapping due to longitudinal flapping, dimensionless.
     pub ba: f64,
-    /// Lateral flapping by full lateral stick, rad per stick unit.
+    /// Lateral flapping due to lateral stick, rad per stick unit.
     pub blat: f64,
-    /// Longitudinal flapping by full longitudinal stick, rad per stick unit.
+    /// Longitudinal flapping due to longitudinal stick, rad per stick unit.
     pub alon: f64,
-    /// Forward force by forward velocity over mass, 1/s.
+    /// Forward force due to forward velocity, divided by mass, 1/s.
     pub xu: f64,
-    /// Forward force by longitudinal flapping over mass, m/s² per rad; −g in hover.
+    /// Forward force due to longitudinal flapping, divided by mass, m/s² per rad; −g in hover.
     pub xa: f64,
-    /// Side force by side velocity over mass, 1/s.
+    /// Side force due to side velocity, divided by mass, 1/s.
     pub yv: f64,
-    /// Side force by lateral flapping over mass, m/s² per rad; g in hover.
+    /// Side force due to lateral flapping, divided by mass, m/s² per rad; g in hover.
     pub yb: f64,
-    /// Vertical force by vertical velocity over mass, 1/s.
+    /// Vertical force due to vertical velocity, divided by mass, 1/s.
     pub zw: f64,
-    /// Vertical force by collective over mass, m/s² per stick unit.
+    /// Vertical force due to collective, divided by mass, m/s² per stick unit.
     pub zcol: f64,
-    /// Rolling moment by forward velocity over inertia, rad/s² per m/s.
+    /// Rolling moment due to forward velocity, divided by inertia, rad/s² per m/s.
     pub lu: f64,
-    /// Rolling moment by side velocity over inertia, rad/s² per m/s.
+    /// Rolling moment due to side velocity, divided by inertia, rad/s² per m/s.
     pub lv: f64,
-    /// Rolling moment by longitudinal flapping over inertia, 1/s².
+    /// Rolling moment due to longitudinal flapping, divided by inertia, 1/s².
     pub la: f64,
-    /// Rolling moment by lateral flapping over inertia, 1/s².
+    /// Rolling moment due to lateral flapping, divided by inertia, 1/s².
     pub lb: f64,
-    /// Pitching moment by forward velocity over inertia, rad/s² per m/s.
+    /// Pitching moment due to forward velocity, divided by inertia, rad/s² per m/s.
     pub mu: f64,
-    /// Pitching moment by side velocity over inertia, rad/s² per m/s.
+    /// Pitching moment due to side velocity, divided by inertia, rad/s² per m/s.
     pub mv: f64,
-    /// Pitching moment by longitudinal flapping over inertia, 1/s².
+    /// Pitching moment due to longitudinal flapping, divided by inertia, 1/s².
     pub ma: f64,
-    /// Pitching moment by lateral flapping over inertia, 1/s².
+    /// Pitching moment due to lateral flapping, divided by inertia, 1/s².
     pub mb: f64,
-    /// Yawing moment by yaw rate over inertia, 1/s.
+    /// Yawing moment due to yaw rate, divided by inertia, 1/s.
     pub nr: f64,
-    /// Yawing moment by collective over inertia, rad/s² per stick unit.
+    /// Yawing moment due to collective, divided by inertia, rad/s² per stick unit.
     pub ncol: f64,
-    /// Yawing moment by pedal over inertia, rad/s² per stick unit.
+    /// Yawing moment due to pedal, divided by inertia, rad/s² per stick unit.
     pub nped: f64,
     /// Gravity, m/s².
     pub gravity_mps2: f64,
 }
 
 impl HybridDerivatives {
-    /// The continuous model of 10 states b, a, p, q, phi, theta, u, v, w, r and inputs lateral,
-    /// longitudinal, collective, pedal in `stick_unit`.
+    /// The continuous model with 10 states: b, a, p, q, phi, theta, u, v, w, r. Its inputs are lateral, longitudinal,
+    /// collective, pedal in `stick_unit`.
     ///
     /// # Errors
     /// [`ModelError::NotFinite`] where a derivative is not finite or the time constant is zero.
@@ -132,44 +132,44 @@ impl HybridDerivatives {
 /// Paw (2005), section 5.6.1.3.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReducedDerivatives {
-    /// Rolling moment by roll rate over inertia, 1/s.
+    /// Rolling moment due to roll rate, divided by inertia, 1/s.
     pub lp: f64,
-    /// Rolling moment by pitch rate over inertia, 1/s.
+    /// Rolling moment due to pitch rate, divided by inertia, 1/s.
     pub lq: f64,
-    /// Pitching moment by roll rate over inertia, 1/s.
+    /// Pitching moment due to roll rate, divided by inertia, 1/s.
     pub mp: f64,
-    /// Pitching moment by pitch rate over inertia, 1/s.
+    /// Pitching moment due to pitch rate, divided by inertia, 1/s.
     pub mq: f64,
-    /// Rolling moment by forward velocity over inertia, rad/s² per m/s.
+    /// Rolling moment due to forward velocity, divided by inertia, rad/s² per m/s.
     pub lu: f64,
-    /// Rolling moment by side velocity over inertia, rad/s² per m/s.
+    /// Rolling moment due to side velocity, divided by inertia, rad/s² per m/s.
     pub lv: f64,
-    /// Pitching moment by forward velocity over inertia, rad/s² per m/s.
+    /// Pitching moment due to forward velocity, divided by inertia, rad/s² per m/s.
     pub mu: f64,
-    /// Pitching moment by side velocity over inertia, rad/s² per m/s.
+    /// Pitching moment due to side velocity, divided by inertia, rad/s² per m/s.
     pub mv: f64,
-    /// Forward force by forward velocity over mass, 1/s.
+    /// Forward force due to forward velocity, divided by mass, 1/s.
     pub xu: f64,
-    /// Side force by side velocity over mass, 1/s.
+    /// Side force due to side velocity, divided by mass, 1/s.
     pub yv: f64,
     /// Cyclic derivatives: rows p, q, u, v; columns lateral, longitudinal, per stick unit.
     pub cyclic: [[f64; 2]; 4],
-    /// Vertical force by vertical velocity over mass, 1/s.
+    /// Vertical force due to vertical velocity, divided by mass, 1/s.
     pub zw: f64,
-    /// Vertical force by collective over mass, m/s² per stick unit.
+    /// Vertical force due to collective, divided by mass, m/s² per stick unit.
     pub zcol: f64,
-    /// Yawing moment by yaw rate over inertia, 1/s.
+    /// Yawing moment due to yaw rate, divided by inertia, 1/s.
     pub nr: f64,
-    /// Yawing moment by collective over inertia, rad/s² per stick unit.
+    /// Yawing moment due to collective, divided by inertia, rad/s² per stick unit.
     pub ncol: f64,
-    /// Yawing moment by pedal over inertia, rad/s² per stick unit.
+    /// Yawing moment due to pedal, divided by inertia, rad/s² per stick unit.
     pub nped: f64,
     /// Gravity, m/s².
     pub gravity_mps2: f64,
 }
 
 impl ReducedDerivatives {
-    /// The derivatives printed by Paw, per percent of stick, with the signs that reproduce his table of eigenvalues and
+    /// The derivatives printed by Paw, per percent of stick. Their signs are those that reproduce his eigenvalues and
     /// his gain. He calls them continuous; see [`StateSpace::step_taken_for_rate`].
     ///
     /// # Source
@@ -197,8 +197,8 @@ impl ReducedDerivatives {
         }
     }
 
-    /// The continuous model of 8 states p, q, phi, theta, u, v, w, r and inputs lateral,
-    /// longitudinal, collective, pedal in `stick_unit`.
+    /// The continuous model with 8 states: p, q, phi, theta, u, v, w, r. Its inputs are lateral, longitudinal,
+    /// collective, pedal in `stick_unit`.
     ///
     /// # Errors
     /// [`ModelError::NotFinite`] where a derivative is not finite.
@@ -227,7 +227,7 @@ impl ReducedDerivatives {
     }
 }
 
-/// The hover model without its fast states (flapping a and b, bar c and d, yaw-rate feedback rfb), removed by
+/// The hover model without its fast states: flapping a and b, bar c and d, yaw-rate feedback rfb. They are removed by
 /// [`StateSpace::residualised`].
 ///
 /// # Errors
@@ -240,8 +240,8 @@ pub fn quasi_steady(model: &StateSpace) -> Result<StateSpace, ModelError> {
     model.residualised(&fast)
 }
 
-/// Roll and pitch part of a hover model: p, q, phi, theta, u, v from the cyclic. Fast states are removed first, by
-/// [`quasi_steady`], as in [`heave`] and [`yaw`].
+/// Roll and pitch subsystem of a hover model: p, q, phi, theta, u, v from the cyclic. [`quasi_steady`] removes the fast
+/// states first, also in [`heave`] and [`yaw`].
 ///
 /// # Errors
 /// [`ModelError::Unknown`] where the model lacks one of these states or inputs, as in [`heave`] and [`yaw`].
@@ -250,7 +250,7 @@ pub fn roll_pitch(model: &StateSpace) -> Result<StateSpace, ModelError> {
         .subsystem(&["p", "q", "phi", "theta", "u", "v"], &["lateral", "longitudinal"])
 }
 
-/// Heave part: w from the collective.
+/// Heave subsystem of a hover model: w from the collective.
 ///
 /// # Errors
 /// As [`roll_pitch`].
@@ -258,8 +258,8 @@ pub fn heave(model: &StateSpace) -> Result<StateSpace, ModelError> {
     quasi_steady(model)?.subsystem(&["w"], &["collective"])
 }
 
-/// Yaw part with heading: r and psi from collective and pedal, as in Paw's heading hold. Heading is the integral of r;
-/// for a discrete model its step is exact for constant r between samples.
+/// Yaw subsystem of a hover model with heading: r and psi from collective and pedal, as in Paw's heading hold. Heading
+/// is the integral of r. For a discrete model this integral is exact if r is constant between samples.
 ///
 /// # Errors
 /// As [`roll_pitch`].

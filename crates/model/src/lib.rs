@@ -5,8 +5,8 @@
 //! flight.
 //!
 //! [`StateSpace`] is a linear model: matrices, the names and units of its signals, and its time domain. It is read from
-//! and written to `model.toml`; [`shipped`] contains three. [`LinearAirframe`] flies one. [`hover`] builds the structures of hover models of small
-//! helicopters.
+//! and written to `model.toml`; [`shipped`] contains three models. [`LinearAirframe`] simulates a linear hover model
+//! with the full rigid-body kinematics. [`hover`] builds the structures of hover models of small helicopters.
 
 mod airframe;
 mod error;

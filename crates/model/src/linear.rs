@@ -11,9 +11,9 @@ use super::linalg::{ZeroOrderHold, complex, spectral_radius};
 pub enum TimeDomain {
     /// ẋ = A x + B u.
     Continuous,
-    /// x⁺ = A x + B u, one period later.
+    /// x⁺ = A x + B u, with x⁺ the state one period later.
     Discrete {
-        /// The period, s, above zero.
+        /// Sample period, s, above zero.
         period_s: f64,
     },
 }
@@ -68,7 +68,7 @@ impl fmt::Display for TimeDomain {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearModel {
-    /// Whether A and B are derivatives or a one-step map.
+    /// Whether A and B give the rate of change of the state or the state one period later.
     pub time: TimeDomain,
     /// A, n×n: 1/s for a continuous model, the transition over one period for a discrete one.
     pub a: DMatrix<f64>,
@@ -106,15 +106,15 @@ impl LinearModel {
         self.c.nrows()
     }
 
-    /// Largest magnitude of the eigenvalues of A: a discrete model is stable below 1. Infinite where a number is not
-    /// finite.
+    /// Largest magnitude of the eigenvalues of A. A discrete model is stable if it is below 1. Infinite where A
+    /// contains NaN or an infinity.
     #[must_use]
     pub fn spectral_radius(&self) -> f64 {
         spectral_radius(&self.a)
     }
 
-    /// The discrete model of this continuous one with inputs held for `period_s`, exact to rounding; `None` where a
-    /// number is not finite.
+    /// The discrete equivalent of this continuous model with inputs held constant over `period_s`, exact to rounding.
+    /// `None` where a number is not finite.
     #[must_use]
     pub fn held(&self, period_s: f64) -> Option<Self> {
         let hold = ZeroOrderHold::new(self.a.clone(), self.b.clone(), period_s)?;
@@ -141,7 +141,7 @@ impl LinearModel {
     }
 
     /// C(zI − A)⁻¹B + D, p×m, at `frequency_radps`: z = jω for a continuous model, e^(jωT) for a discrete one. For a
-    /// single loop these are the points of a Nyquist plot. `None` at a mode on the border of stability. For many
+    /// single loop these are the points of a Nyquist plot. `None` at the frequency of an undamped mode. For many
     /// frequencies [`sweep`](Self::sweep) is faster.
     ///
     /// # Source

@@ -48,7 +48,7 @@ impl Mode {
 pub struct Modes {
     /// Time domain of the eigenvalues.
     pub time: TimeDomain,
-    /// The modes by rising natural frequency, the positive imaginary part of a pair first.
+    /// The modes in order of rising natural frequency. In a pair the mode with positive imaginary part comes first.
     pub modes: Vec<Mode>,
 }
 

@@ -11,7 +11,7 @@ use super::signal::check_unique;
 pub struct Parameter {
     /// Name, for example `Lp`.
     pub name: String,
-    /// Value.
+    /// Value, in the unit `unit`.
     pub value: f64,
     /// Unit.
     pub unit: String,
@@ -23,15 +23,15 @@ pub struct Parameter {
 pub struct Slope {
     /// Name of the parameter.
     pub parameter: String,
-    /// The state whose derivative, or next value, the parameter changes.
+    /// State of the row. The parameter changes its derivative, or its next value in a discrete model.
     pub row: String,
     /// The state or input that the entry multiplies: a state for an entry of A, an input for B.
     pub column: String,
-    /// The entry's derivative with respect to the parameter, in their units.
+    /// Derivative of the entry with respect to the parameter: unit of the entry per unit of the parameter.
     pub slope: f64,
 }
 
-/// Smallest eigenvalue of a correlation matrix that rounding explains.
+/// Lowest eigenvalue of a correlation matrix that rounding can cause; with a lower one the matrix is invalid.
 const ROUNDING: f64 = -1e-6;
 
 /// Rejects an empty or repeated name, a value that is not finite, and an impossible stick delay or servo lag.
@@ -55,7 +55,8 @@ pub(super) fn check_parameters(parameters: &[Parameter]) -> Result<(), ModelErro
     Ok(())
 }
 
-/// Rejects a `covariance` that is invalid for `parameters`; its size and finite values are checked before.
+/// Rejects a `covariance` that is invalid for `parameters`. The caller must have checked its size and that its values
+/// are finite.
 pub(super) fn check_covariance(
     parameters: &[Parameter],
     covariance: &DMatrix<f64>,

@@ -1,4 +1,4 @@
-//! Detection of a discrete matrix used as a continuous one, from its damping terms.
+//! Detection of a discrete A that is used as a continuous A, from its damping terms.
 
 use std::fmt;
 
@@ -8,8 +8,8 @@ use super::state_space::StateSpace;
 /// States whose diagonal term is a damping: rates and velocities.
 const DAMPED: [&str; 6] = ["p", "q", "r", "u", "v", "w"];
 
-/// The pattern of a one-step transition matrix used as a continuous one: every damping term is positive and below one.
-/// The `Display` text explains it.
+/// Evidence that a one-step transition matrix is used as a continuous A: every damping term is positive and below one.
+/// The `Display` text explains the evidence.
 ///
 /// The diagonal of a transition matrix over a short period is near e^(damping·period), which is in (0, 1) for every
 /// damped state. As continuous damping terms, the same numbers mean that every rate and every velocity grows. No
@@ -18,13 +18,13 @@ const DAMPED: [&str; 6] = ["p", "q", "r", "u", "v", "w"];
 pub struct StepTakenForRate {
     /// Assumed period of one step of the matrix, s.
     pub period_s: f64,
-    /// State, its diagonal term, and its damping if the matrix is a step: ln(term)/period, 1/s.
+    /// For each state: its name, its diagonal term, and the damping if A is a one-step matrix, ln(term)/period, 1/s.
     pub dampings: Vec<(String, f64, f64)>,
 }
 
 impl StateSpace {
-    /// Searches for the pattern. `period_s` is the sample period of the data. `None` for a discrete model, or one
-    /// without rates and velocities.
+    /// Checks whether A has the diagonal of a one-step transition matrix. `period_s` is the sample period of the data.
+    /// `None` if it does not, for a discrete model, and for a model without rates and velocities.
     #[must_use]
     pub fn step_taken_for_rate(&self, period_s: f64) -> Option<StepTakenForRate> {
         if self.time() != TimeDomain::Continuous {

@@ -23,12 +23,12 @@ pub(super) trait Real:
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
 
-    /// Absolute value; at zero the derivative is that of the right-hand side.
+    /// Absolute value; at zero the derivative is that for positive numbers.
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }
     }
 
-    /// The number limited to a range; outside of it the derivative is zero.
+    /// The number limited to the range from `low` to `high`. Outside the range the derivative is zero.
     fn clamp(self, low: f64, high: f64) -> Self {
         if self.value() < low {
             Self::constant(low)

@@ -6,7 +6,7 @@ use super::error::ModelError;
 use super::state_space::StateSpace;
 
 /// The model printed by Paw (2005): 8 states, continuous according to him, inputs in percent of stick. It reproduces
-/// his eigenvalues and gains; [`StateSpace::step_taken_for_rate`] finds its error.
+/// his eigenvalues and gains; [`StateSpace::step_taken_for_rate`] detects that its A is a one-step transition matrix.
 #[must_use]
 pub fn thesis() -> StateSpace {
     parsed("thesis.toml", include_str!("data/thesis.toml"))
@@ -37,7 +37,7 @@ pub fn by_name(name: &str) -> Option<StateSpace> {
     }
 }
 
-/// A shipped model by its name, or else the model in the file with this name.
+/// The shipped model with the name `name_or_file`; for any other name the model in the file of this name.
 ///
 /// # Errors
 /// As [`StateSpace::read`].

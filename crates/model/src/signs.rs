@@ -25,34 +25,37 @@ pub struct KnownSign {
 /// Kind of a derivative with a known sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DerivativeRole {
-    /// Control derivative; the text describes the response to a positive stick with the wrong sign.
+    /// Control derivative. The text describes the response to a positive stick if the sign is wrong.
     Stick(&'static str),
-    /// Moment of the fuselage by rotor tilt; the text describes its effect with the wrong sign.
+    /// Moment on the fuselage due to rotor tilt. The text describes the effect if the sign is wrong.
     Rotor(&'static str),
     /// Damping of an axis.
     Damping,
 }
 
+/// Control derivatives: name, row, stick, sign, and the response to a positive stick if the sign is wrong.
 const STICK: [(&str, &str, &str, f64, &str); 4] = [
     ("Zcol", "w", "collective", -1.0, "sinks"),
     ("Nped", "r", "pedal", 1.0, "turns to the left"),
     ("Blat", "b", "lateral", 1.0, "rolls to the left"),
     ("Llat", "p", "lateral", 1.0, "rolls to the left"),
 ];
+/// Moments due to rotor tilt: name, row, column, and the effect if the sign is wrong. The correct sign is positive.
 const ROTOR: [(&str, &str, &str, &str); 2] = [
     ("Lb", "p", "b", "a rotor tilted to the right rolls it to the left"),
     ("Ma", "q", "a", "a rotor tilted backwards pitches it down"),
 ];
+/// Damping derivatives: name and state. The correct sign is negative.
 const DAMPING: [(&str, &str); 6] =
     [("Zw", "w"), ("Nr", "r"), ("Xu", "u"), ("Yv", "v"), ("Lp", "p"), ("Mq", "q")];
 
-/// Beginning of the objection to a control or rotor derivative.
+/// Beginning of the text that reports a wrong sign of a control or rotor derivative.
 const WRONG: &str = "of the wrong sign: ";
 
 impl KnownSign {
-    /// Number of sigma beyond zero from which on the sign of a derivative is certain.
+    /// Distance from zero, in sigma, beyond which the sign of a derivative is certain.
     pub const SIGMAS: f64 = 2.0;
-    /// Largest damping derivative above 0, 1/s, that identification errors can explain.
+    /// Largest positive damping derivative, 1/s, that errors of the identification can explain.
     pub const UNDAMPED_PER_S: f64 = 1.0;
 
     /// All derivatives with a known sign.
@@ -78,7 +81,7 @@ impl KnownSign {
         Self::all().find(|known| known.name == name)
     }
 
-    /// The objection to the wrong sign, as it follows the value in a verdict.
+    /// Text that reports the wrong sign. In a verdict it follows the value.
     #[must_use]
     pub fn objection(&self) -> String {
         match self.role {
@@ -91,8 +94,8 @@ impl KnownSign {
         }
     }
 
-    /// Whether `value`, with one-sigma `sigma`, certainly has the wrong sign; for a damping, whether its sign is wrong
-    /// at all.
+    /// Whether `value`, with one-sigma `sigma`, has the wrong sign with certainty. A damping of the wrong sign always
+    /// counts, without regard to `sigma`.
     fn is_against(&self, value: f64, sigma: f64) -> bool {
         let doubt = if self.role == DerivativeRole::Damping { 0.0 } else { Self::SIGMAS * sigma };
         self.sign * value < -doubt
@@ -106,7 +109,7 @@ pub struct WrongSign {
     pub known: KnownSign,
     /// Value found, in the model's units.
     pub value: f64,
-    /// Where the value is in the model: parameters, or a matrix entry.
+    /// Location of the value in the model: the parameters or a matrix entry.
     place: String,
 }
 
@@ -122,21 +125,22 @@ impl fmt::Display for WrongSign {
 }
 
 impl StateSpace {
-    /// Derivatives with an impossible sign that the model's own verdict does not name, as after an edit by hand. A
-    /// parameter is judged with its covariance. An entry of a matrix is judged where no parameter corresponds to it. A
-    /// damping is impossible beyond [`KnownSign::UNDAMPED_PER_S`]. A control derivative is judged only per `stick`,
-    /// whose sign is that of a record. For a model in percent the sign convention of its source applies.
+    /// Derivatives with an impossible sign that the verdict in the model does not report, for example after an edit by
+    /// hand. A parameter is judged with its covariance. A matrix entry without a parameter is judged by its value; a
+    /// damping may then be as large as [`KnownSign::UNDAMPED_PER_S`]. An entry of B is judged only if the unit of the
+    /// stick is `stick`: its sign is that of a flight record. In a model in percent the source defines the sign of the
+    /// sticks.
     #[must_use]
     pub fn wrong_signs(&self) -> Vec<WrongSign> {
         let found = KnownSign::all().filter(|known| !self.mentions(known));
         found.filter_map(|known| self.against(known)).collect()
     }
 
-    /// Whether the verdict of the model names the wrong sign of `known` itself.
+    /// Whether the verdict in the model already reports the wrong sign of `known`.
     fn mentions(&self, known: &KnownSign) -> bool {
         let begin = format!("{} is ", known.name);
         let objection = match known.role {
-            // Model files contain several versions of the whole text.
+            // The full text differs between model files; all versions contain these words.
             DerivativeRole::Damping => "below 0".to_owned(),
             _ => known.objection(),
         };
@@ -156,7 +160,7 @@ impl StateSpace {
             if known.is_against(value, sigma) {
                 return Some(WrongSign { known, value, place: "parameters".into() });
             }
-            // The sign of the parameter is uncertain, and so is that of its entry in the matrix.
+            // If the sign of the parameter is uncertain, so is the sign of its matrix entry.
             if known.sign * value < 0.0 {
                 return None;
             }
@@ -199,7 +203,7 @@ mod tests {
             let model = shipped::raptor60();
             let (mut a, mut b) = (model.a().clone(), model.b().clone());
             let row = model.state(known.row).unwrap();
-            // Far beyond zero, because a helicopter with flapping has part of its damping in other entries.
+            // The value is far beyond zero, because with flapping some of the damping is in other entries.
             let turned = -3.0 * known.sign;
             match model.state(known.column) {
                 Ok(column) => a[(row, column)] = turned,

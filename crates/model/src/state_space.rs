@@ -30,7 +30,7 @@ impl StateSpace {
     ///
     /// # Errors
     /// [`ModelError`] for empty or repeated names, shapes that do not match the names, numbers that are not finite, or
-    /// a sample period that is not above zero.
+    /// an invalid sample period.
     pub fn new(
         name: &str,
         time: TimeDomain,
@@ -94,13 +94,12 @@ impl StateSpace {
         Ok(self)
     }
 
-    /// The model with the parameters from which it was computed and their covariance, if known, in the order of the
-    /// parameters.
+    /// The model with the parameters from which it was computed. Their covariance, if known, has the same order.
     ///
     /// # Errors
-    /// As [`StateSpace::new`], and [`ModelError::Parameter`] for a value that is not finite, an impossible stick delay
-    /// or servo lag, a variance below zero, or an invalid covariance. A covariance is invalid if it is not symmetric,
-    /// contains a correlation beyond 1, or gives a sum of parameters a variance below zero.
+    /// As [`StateSpace::new`]. Also [`ModelError::Parameter`] for a value that is not finite, an impossible stick delay
+    /// or servo lag, or an invalid covariance. A covariance is invalid if it is not symmetric, contains a variance
+    /// below zero or a correlation beyond 1, or is not positive semidefinite.
     pub fn with_parameters(
         mut self,
         parameters: Vec<Parameter>,
@@ -118,8 +117,8 @@ impl StateSpace {
     /// The model with the derivatives of its matrices with respect to its parameters.
     ///
     /// # Errors
-    /// [`ModelError::Slope`] for a parameter, row or column that the model does not have, a number that is not finite,
-    /// and a duplicate slope.
+    /// [`ModelError::Slope`] for an unknown parameter, row or column, a number that is not finite, and a duplicate
+    /// slope.
     pub fn with_slopes(mut self, slopes: Vec<Slope>) -> Result<Self, ModelError> {
         let mut seen = std::collections::HashSet::new();
         for (index, slope) in slopes.iter().enumerate() {
@@ -147,8 +146,8 @@ impl StateSpace {
         Ok(self)
     }
 
-    /// The model with its parameters changed by `by`, in their order and units. A and B change along their slopes, to
-    /// first order.
+    /// The model with `by` added to its parameters, in their order and units. A and B change in proportion to the
+    /// slopes, to first order.
     ///
     /// # Errors
     /// [`ModelError::Shape`] where `by` and the parameters differ in length, [`ModelError::NotFinite`] where a matrix
@@ -297,7 +296,7 @@ impl StateSpace {
     /// The sample period of a discrete model, s.
     ///
     /// # Errors
-    /// [`ModelError::TimeDomain`] for a continuous one.
+    /// [`ModelError::TimeDomain`] for a continuous model.
     pub fn require_discrete(&self) -> Result<f64, ModelError> {
         match self.time() {
             TimeDomain::Discrete { period_s } => Ok(period_s),
@@ -323,11 +322,11 @@ impl StateSpace {
         position("inputs", &self.inputs, name)
     }
 
-    /// The model of some states and inputs only, in the requested order, with all others fixed at zero. Its outputs are
-    /// its states. Parameters and covariance are omitted.
+    /// The model of the requested states and inputs only, in the requested order. All other states and inputs are fixed
+    /// at zero. Its outputs are its states. Parameters and covariance are omitted.
     ///
     /// # Errors
-    /// [`ModelError::Unknown`] for a name the model does not have, [`ModelError::Name`] for one requested twice.
+    /// [`ModelError::Unknown`] for a name the model does not have, [`ModelError::Name`] for a name requested twice.
     pub fn subsystem(&self, states: &[&str], inputs: &[&str]) -> Result<Self, ModelError> {
         let rows = states.iter().map(|name| self.state(name)).collect::<Result<Vec<_>, _>>()?;
         let columns = inputs.iter().map(|name| self.input(name)).collect::<Result<Vec<_>, _>>()?;
@@ -342,9 +341,9 @@ impl StateSpace {
         Ok(kept.with_source(&self.source))
     }
 
-    /// The slow model in which the states `fast` follow the others without delay (residualisation). A hybrid model
-    /// without its flapping states is the quasi-steady one. Its outputs are the remaining states; parameters and
-    /// covariance are omitted.
+    /// The slow model in which the states `fast` follow the others without delay (residualisation). For example, a
+    /// hybrid model without its flapping states is the quasi-steady model. Its outputs are the remaining states;
+    /// parameters and covariance are omitted.
     ///
     /// # Errors
     /// [`ModelError::Unknown`], and [`ModelError::NoSteadyValue`] where the fast states have no steady state.
@@ -361,7 +360,7 @@ impl StateSpace {
         let block = |rows: &[usize], columns: &[usize]| {
             self.linear.a.select_rows(rows).select_columns(columns)
         };
-        // 0 = A21 x1 + A22 x2 + B2 u for a continuous model; x2 in place of 0 for a discrete one.
+        // 0 = A21 x1 + A22 x2 + B2 u for a continuous model. For a discrete model the left side is x2.
         let own = match self.time() {
             TimeDomain::Continuous => -block(&removed, &removed),
             TimeDomain::Discrete { .. } => {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// How far a model can be trusted, best first.
+/// Suitability of a model for a control design, best first.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Deserialize, serde::Serialize,
 )]
@@ -10,7 +10,7 @@ pub enum Grade {
     /// Everything that a control design depends on is known.
     #[serde(rename = "good")]
     Good,
-    /// Usable for a control design with regard to the reasons.
+    /// Usable for a control design that considers the reasons.
     #[serde(rename = "care")]
     Care,
     /// The model lacks something that a control design depends on.
@@ -39,7 +39,7 @@ impl fmt::Display for Grade {
 /// Verdict of a model's author.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// How far the model can be trusted.
+    /// Suitability of the model for a control design.
     pub grade: Grade,
     /// Reasons against a better grade, one sentence each.
     pub reasons: Vec<String>,

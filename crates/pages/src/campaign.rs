@@ -228,7 +228,7 @@ pub fn listed(seeds: &[u64]) -> String {
     }
 }
 
-/// The crashed flights with their causes, and the seeds of the others that failed; `None` without a failed flight.
+/// The crashed flights with their causes, and the seeds of all other failed flights; `None` without a failed flight.
 fn failed(results: &[CampaignResult]) -> Option<Section> {
     results.iter().find(|one| one.outcome != Outcome::Hovered)?;
     let rows: Vec<TableRow> = results

@@ -13,7 +13,9 @@ use crate::{
 
 /// Origin of the figures without a geographic position.
 const NOWHERE: Geodetic = Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 };
+/// Names of the axes north, east, down.
 const NED: [&str; 3] = ["North", "East", "Down"];
+/// Roles of the solutions, in order.
 const ROLES: [Role; 4] = [Role::First, Role::Second, Role::Third, Role::Fourth];
 
 /// Largest number of solutions on a page; further ones are not drawn.
@@ -215,7 +217,7 @@ impl<'a> ComparisonPage<'a> {
     }
 }
 
-/// One solution as columns: s from the start, m, m/s and degrees.
+/// One solution as columns: time, s from the start, and values in m, m/s and degrees.
 struct Columns {
     name: String,
     role: Role,
@@ -223,7 +225,7 @@ struct Columns {
     quantities: [[Vec<f64>; 3]; 3],
 }
 
-/// The zero of the time axis, s: that of the clock, or of a far clock its first whole second.
+/// The zero of the time axis, s: that of the clock or, if the clock values are large, the first whole second.
 fn zero_s(comparison: &Comparison) -> f64 {
     first_second(comparison.span_s().0)
 }

@@ -41,11 +41,11 @@ pub struct Page<'a> {
     pub time: Option<TimeAxis>,
 }
 
-/// Clock values, s, from which on a log is shown relative to its first whole second.
+/// Clock values, s, from which on the page shows a log relative to its first whole second.
 pub(crate) const FAR_S: f64 = 1e6;
 
-/// The zero of a time axis whose first moment is `start_s`, s: that of the log's clock, or of a far clock its first
-/// whole second.
+/// The zero of a time axis whose first moment is `start_s`, s: that of the log's clock or, if its values are large, the
+/// first whole second.
 pub(crate) fn first_second(start_s: f64) -> f64 {
     if start_s.abs() >= FAR_S { start_s.floor() } else { 0.0 }
 }
@@ -206,7 +206,7 @@ impl<'a> Page<'a> {
             count => format!("{count} warnings"),
         };
         writeln!(out, "<div class=\"warnings\"><h2>{heading}</h2><ul>")?;
-        // A long list is folded except for its first warnings, so that the figures stay near the top.
+        // All but the first warnings of a long list are folded, so that the figures stay near the top.
         let (shown, folded) = match warnings.split_at_checked(WARNINGS_SHOWN) {
             Some((shown, folded @ [_, _, ..])) => (shown, folded),
             _ => (&warnings[..], &[][..]),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::{Fact, Level, Page, Section, Table, TableRow, Verdict};
 
-/// Number of logs in the list of the worst, and in that of the unreadable ones.
+/// Largest number of logs in the list of the worst logs, and in the list of unreadable logs.
 const LISTED: usize = 200;
 
 /// One log of a fleet.
@@ -20,7 +20,7 @@ pub struct FleetLog {
     pub level: Option<Level>,
     /// Kinds of its warnings, each once.
     pub kinds: Vec<String>,
-    /// The main reason against the log, or why there is no solution; empty for a good one.
+    /// The main reason against the log, or the reason for a missing solution; empty for a good log.
     pub reason: String,
 }
 
@@ -65,7 +65,7 @@ pub struct Fleet {
     without: Vec<FleetLog>,
 }
 
-/// Number of vehicles that are counted apart; the others share one row.
+/// Number of vehicles with their own row; all other vehicles have one common row.
 const VEHICLES: usize = 500;
 /// The row of the vehicles beyond [`VEHICLES`].
 const OTHERS: &str = "other vehicles";

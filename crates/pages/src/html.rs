@@ -3,8 +3,8 @@
 use std::fmt::{self, Write as _};
 use std::io::{self, Write};
 
-/// Copies `template` and calls `place` for each `{{name}}`. The output of `place` is not scanned again, so text cannot
-/// act as a placeholder.
+/// Copies `template` and calls `place` for each placeholder `{{name}}`. The output of `place` is not scanned again, so
+/// text cannot act as a placeholder.
 pub fn fill<W: Write>(
     out: &mut W,
     template: &str,

@@ -17,7 +17,7 @@ enum Digits {
 }
 
 impl Numbers {
-    /// Numbers on a common scale: five digits of the largest, and at least three decimals.
+    /// Numbers on a common scale: five significant digits of the largest number, and at least three decimals.
     pub fn new(values: Vec<f64>) -> Self {
         Self { values, digits: Digits::OfLargest }
     }

@@ -7,19 +7,19 @@ use crate::figure::Figure;
 use crate::html::Escaped;
 use crate::table::Table;
 
-/// A heading and the parts below it.
+/// A section: a heading, with the figures, tables and notes below it.
 pub struct Section {
     /// Target of links: short, unique on the page, without spaces.
     pub(crate) anchor: Cow<'static, str>,
     pub(crate) title: Cow<'static, str>,
     /// One or two sentences for a reader who does not know such a plot.
     pub(crate) explanation: String,
-    /// The summary line, if the parts are folded.
+    /// The summary line, if figures, tables and notes are folded.
     pub(crate) folded: Option<&'static str>,
     parts: Vec<Part>,
 }
 
-/// A part of a section.
+/// Content of a section: a figure, a table or notes.
 pub enum Part {
     Figure(Figure),
     Table(Table),
@@ -63,7 +63,7 @@ impl Section {
         self
     }
 
-    /// Folds the parts behind the words `what`.
+    /// Folds the content of the section behind the words `what`.
     pub const fn folded(mut self, what: &'static str) -> Self {
         self.folded = Some(what);
         self

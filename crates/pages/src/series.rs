@@ -102,7 +102,7 @@ pub enum Band {
     Around(Numbers),
     /// The distance above and below zero.
     AboutZero(Numbers),
-    /// The range between the first and the second.
+    /// The range between the first and the second numbers.
     Between(Numbers, Numbers),
 }
 
@@ -157,7 +157,7 @@ impl Series {
         Self::through(role, x, y, half_width, &picked)
     }
 
-    /// The ground track of a line.
+    /// The ground track as a line, with `time` of each point.
     pub fn track(role: Role, time: &[f64], [north, east]: [&[f64]; 2]) -> Self {
         let picked = line_indices(time, &[north, east]);
         Self {

@@ -51,7 +51,7 @@ impl Table {
         write!(out, "</tbody></table></div>")
     }
 
-    /// Whether no cell of a column starts like a number.
+    /// Whether a column consists of words: no cell starts like a number.
     fn is_of_words(&self, column: usize) -> bool {
         let cells = || self.rows.iter().filter_map(|row| row.numbers.get(column)?.chars().next());
         cells().next().is_some()
@@ -65,12 +65,12 @@ pub struct TableRow {
     pub name: String,
     /// The cells, as text.
     pub numbers: Vec<String>,
-    /// The reliability of the row, if it is judged.
+    /// The reliability of the row, if it is evaluated.
     pub judged: Option<Level>,
 }
 
 impl TableRow {
-    /// A row without judgement.
+    /// A row without evaluation.
     #[must_use]
     pub fn new(name: impl Into<String>, numbers: Vec<String>) -> Self {
         Self { name: name.into(), numbers, judged: None }

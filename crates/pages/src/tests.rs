@@ -10,7 +10,7 @@ fn data(page: &str) -> serde_json::Value {
     serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
 }
 
-/// A page with every kind of abscissa and of part, and no time axis.
+/// A page with every kind of abscissa and of content, and no time axis.
 #[test]
 fn a_page_without_a_flight_has_axes_of_its_own() {
     let frequency: Vec<f64> = (0..200).map(|index| 0.01 * 1.05_f64.powi(index)).collect();

@@ -14,10 +14,10 @@ use crate::status::Progress;
 use crate::writer::MessageWriter;
 use hovernav::time::Time;
 
-/// Interval of chunks, which go to the disk at its end. It is a quarter of the 200 ms that may be lost, which leaves
-/// the rest to a busy machine. A chunk needs 260 bytes of memory for the index at the end of the file: 19 MB an hour.
+/// Interval at which a chunk ends and goes to the disk. It is a quarter of the 200 ms that may be lost, so a busy
+/// machine has time left. Each chunk needs 260 bytes of memory for the index at the end of the file: 19 MB an hour.
 const INTERVAL: Duration = Duration::from_millis(50);
-/// Largest number of bytes in memory that wait for a full or slow disk; beyond, entries stay in the queue.
+/// Largest number of bytes in memory that wait for a full or slow disk. Above it, entries stay in the queue.
 pub(super) const MOST_WAITING: u64 = 8 << 20;
 
 /// Largest number of entries in a chunk.
@@ -64,14 +64,14 @@ impl<W: Write> Drain<W> {
         self.progress.finished.store(true, Ordering::Release);
     }
 
-    /// Whether the record ends while the disk has taken so little that memory is short for the rest. Then the entries
-    /// in the queue are lost, and counted as queued.
+    /// Whether the record ends and memory is full, because the disk has accepted too few bytes. The entries in the
+    /// queue are then lost, and stay counted as queued.
     fn is_hopeless(&self) -> bool {
         self.progress.ending.load(Ordering::Acquire)
             && self.progress.waiting.load(Ordering::Relaxed) >= MOST_WAITING
     }
 
-    /// Takes entries from the queue as far as there is memory. Returns whether the queue has ended.
+    /// Moves entries from the queue as long as there is memory. Returns whether the queue has ended.
     fn empty(&mut self, entries: &Receiver<Queued>) -> bool {
         // The content of a chunk does not count as waiting for the disk, so its length is limited too.
         for _ in 0..MOST_IN_CHUNK {

@@ -116,7 +116,7 @@ impl Part {
         }
     }
 
-    /// Part for events of this kind, if the kind determines it.
+    /// Sensor or function at fault for events of this `kind`; [`Estimator`](Self::Estimator) for all other kinds.
     #[must_use]
     pub fn of_kind(kind: &str) -> Self {
         match kind {
@@ -146,7 +146,7 @@ pub struct ShortText {
 impl ShortText {
     const CAPACITY: usize = 160;
 
-    /// The text that `text` displays, cut to fit.
+    /// The text of `text`'s `Display`, cut to fit.
     #[must_use]
     pub fn new(text: impl fmt::Display) -> Self {
         let mut short = Self { length: 0, bytes: [0; Self::CAPACITY] };
@@ -209,7 +209,7 @@ pub struct Cycle {
     pub pilot: Option<Sticks>,
     /// Sticks of the pilot or the autopilot, whichever flies.
     pub sticks: Option<Sticks>,
-    /// Part of the sticks that is a test input.
+    /// Test input that is contained in `sticks`.
     pub injected: Sticks,
     /// Commanded velocity of the loops, m/s.
     pub asked_velocity_mps: Vector<Ned>,
@@ -217,7 +217,8 @@ pub struct Cycle {
     pub asked_heading_rad: f64,
 }
 
-/// Something to record. It contains its time of validity; the time at which the loop received it is recorded as well.
+/// An item to record. Each entry contains its own time of validity; the time at which the loop received it is recorded
+/// as well.
 #[derive(Clone, Copy, Debug, PartialEq)]
 // All entries are in one preallocated ring; a box would allocate in the loop.
 #[allow(clippy::large_enum_variant)]
@@ -255,17 +256,18 @@ pub enum Entry {
         /// Text for people.
         text: ShortText,
     },
-    /// Number of entries without room since the last such entry; the recorder adds it.
+    /// Numbers of entries dropped from the full queue since the previous `Lost` entry. The recorder adds this entry
+    /// itself.
     Lost {
-        /// Of raw bytes and restarts, which a replay needs.
+        /// Number of dropped raw-byte entries and restarts, which a replay needs.
         raw: u32,
-        /// Of all other entries.
+        /// Number of all other dropped entries.
         decoded: u32,
     },
 }
 
 impl Entry {
-    /// An event with the text of `text`, of the part that the kind determines.
+    /// An event with the text of `text`; `kind` determines the sensor or function.
     #[must_use]
     pub fn event(level: Level, kind: &'static str, text: impl fmt::Display) -> Self {
         Self::Event { level, kind, part: Part::of_kind(kind), text: ShortText::new(text) }
@@ -285,7 +287,7 @@ impl Entry {
                 | SensorOutput::Event(_)
                 | SensorOutput::Measured(None, _),
             ) => false,
-            // Readings of an aid that come too often are not an event.
+            // Measurements that are skipped because they arrive too often are not an event.
             Self::Notice(Notice::NotUsed { reason, .. }) => reason.is_fault(),
             _ => true,
         }

@@ -12,10 +12,10 @@ use hovernav::sensors::SensorOutput;
 use hovernav::time::Time;
 use hovernav_log::FindingKind;
 
-/// An event, in words.
+/// An event with its text, for record, terminal and ground station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Happening {
-    /// Time, if the event has its own.
+    /// Time of the event, if the report contains one.
     pub time: Option<Time>,
     /// Severity.
     pub level: Level,
@@ -275,7 +275,7 @@ impl fmt::Display for Reasons<'_> {
     }
 }
 
-/// Name of a channel, in words, and its unit for people.
+/// Name of a channel in words, and the unit in which its values are shown.
 const fn named(channel: Channel) -> (&'static str, &'static str) {
     match channel {
         Channel::PositionNorth => ("the receiver's position north", "m"),

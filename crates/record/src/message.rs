@@ -69,7 +69,7 @@ pub struct ImuMessage {
 #[derive(Debug, Serialize)]
 pub struct FixMessage {
     pub time_ns: i64,
-    /// Time of the fix by the receiver, ns of UTC since the start of 1970.
+    /// UTC of the fix according to the receiver, ns since the start of 1970.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub utc_ns: Option<i64>,
     pub used: bool,
@@ -214,7 +214,7 @@ pub struct LocationMessage {
     pub longitude: f64,
     pub altitude: f64,
     pub position_covariance: [f64; 9],
-    /// 0 unknown, 2 the diagonal known.
+    /// Type of the covariance: 0 if unknown, 2 if only the diagonal is known.
     pub position_covariance_type: u8,
 }
 
@@ -371,7 +371,7 @@ pub struct ReadLogMessage {
     pub level: u8,
     pub message: String,
     pub name: String,
-    /// Absent in older records.
+    /// Sensor or function at fault; empty in older records, which do not contain it.
     #[serde(default)]
     pub part: String,
 }

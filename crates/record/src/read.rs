@@ -23,7 +23,7 @@ use hovernav_toml::read_bytes;
 /// Largest size of a record, bytes; larger ones are rejected.
 pub(crate) const LARGEST_BYTES: u64 = 4 << 30;
 
-/// A call of the sensors by the loop.
+/// A call from the flight loop to the sensors' drivers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Call {
     /// [`Sensors::dmu`](hovernav::sensors::Sensors::dmu) with these bytes.
@@ -45,7 +45,7 @@ pub struct RecordedEvent {
     pub level: Level,
     /// Kind, for programs.
     pub kind: String,
-    /// Sensor or part of the vehicle that caused it or is at fault; empty if the record does not contain it.
+    /// Sensor or function that caused the event or is at fault; empty if the record does not contain it.
     pub part: String,
     /// Text for people.
     pub text: String,
@@ -56,9 +56,9 @@ pub struct RecordedEvent {
 pub struct RecordedCycle {
     /// Time on the flight's clock.
     pub time: Time,
-    /// Number of [`Record::calls`] before it.
+    /// Number of [`Record::calls`] before this cycle.
     pub calls_before: usize,
-    /// Its inputs and results.
+    /// Inputs and results of the cycle.
     pub cycle: Cycle,
 }
 
@@ -77,7 +77,7 @@ pub struct Record {
     pub cycles: Vec<RecordedCycle>,
     /// The events.
     pub events: Vec<RecordedEvent>,
-    /// Number of lost entries that a replay needs; it cannot reproduce the flight after them.
+    /// Number of lost entries that a replay needs; the replay cannot reproduce the flight after such a loss.
     pub lost_raw: u64,
     /// Number of other lost entries.
     pub lost_decoded: u64,
@@ -105,8 +105,8 @@ impl Record {
                 .is_ok_and(|()| magic == mcap::MAGIC)
     }
 
-    /// Reads the record `path`. Of one that was cut off or damaged it reads the intact parts, with
-    /// [`warnings`](Self::warnings) on the rest.
+    /// Reads the record `path`. If the record was cut off or damaged, the intact parts are read, and
+    /// [`warnings`](Self::warnings) describe the rest.
     ///
     /// # Errors
     /// [`LogError::Io`]; [`LogError::Bytes`] if the file is empty, not MCAP, from another program, or cut off or
@@ -146,7 +146,8 @@ impl Record {
     }
 }
 
-/// An empty record with the first intact configuration: if the first chunk is damaged, a later one contains it too.
+/// An empty record with the first intact configuration of the file. If the first chunk is damaged, a later chunk
+/// contains the configuration too.
 fn configured(bytes: &[u8], path: &Path) -> Result<Option<Record>, LogError> {
     let mut finder = Reader::default();
     for (_, piece) in pieces(bytes) {
@@ -180,11 +181,13 @@ struct Reader {
     record: Option<Record>,
     /// An incomplete call for each line.
     begun: [Option<Vec<u8>>; 3],
-    /// Number of the last entry, and count of different numbers.
+    /// Number of the last entry.
     sequence: u32,
+    /// Count of different entry numbers.
     entries: u32,
-    /// Number of messages read, and number according to the writer.
+    /// Number of messages read.
     messages: u64,
+    /// Number of messages according to the writer.
     expected_messages: Option<u64>,
     unreadable: usize,
     damages: Vec<Damage>,

@@ -17,7 +17,7 @@ use hovernav::time::Time;
 use hovernav_log::LogError;
 use hovernav_toml::fresh_file;
 
-/// Number of entries in the queue, about 15 s of a flight.
+/// Length of the queue, entries: about 15 s of a flight.
 const QUEUE: usize = 4096;
 /// Fill level above which the queue accepts only entries that a replay needs.
 const QUEUE_FOR_ALL: u64 = QUEUE as u64 * 3 / 4;
@@ -69,7 +69,8 @@ impl Recorder {
         let file = fresh_file(unready).map_err(LogError::io(unready))?;
         let to_sync = file.try_clone().map_err(LogError::io(unready))?;
         let mut recorder = Self::start(file, header).map_err(|error| {
-            // An unreadable rest would only take the place of a record. The first error is reported.
+            // The incomplete file cannot be read and would block its name. The first error is reported, not that of the
+            // removal.
             let _ = std::fs::remove_file(unready);
             LogError::io(unready)(error)
         })?;
@@ -87,7 +88,7 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// A recorder without a file, after `error`: every entry is lost, and counted.
+    /// A recorder without a file, after `error`: every entry is lost and counted.
     #[must_use]
     pub fn absent(error: &LogError) -> Self {
         let progress = Arc::new(Progress::default());

@@ -77,7 +77,7 @@ impl Record {
         Ok(dataset)
     }
 
-    /// The test input in each of the sticks; empty without test inputs.
+    /// The test input on each of the sticks; empty without test inputs.
     fn injected(&self) -> Vec<[f64; 4]> {
         let mut injected: Vec<(Time, [f64; 4])> = self
             .cycles

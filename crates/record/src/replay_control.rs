@@ -23,7 +23,7 @@ pub struct StickReproduction {
     pub first_difference: Option<Time>,
 }
 
-/// The flight computer in a replay, without its lines.
+/// The flight computer in a replay, without its serial lines.
 struct Replay {
     control: FlightControl,
     estimator: Estimator<WithoutHeightAids, 26>,

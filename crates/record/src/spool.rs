@@ -6,7 +6,8 @@ use std::sync::atomic::Ordering;
 
 use crate::status::Progress;
 
-/// Keeps the bytes that the disk does not take, and tries again: the MCAP writer never meets a full disk.
+/// Keeps the bytes that the disk does not accept and writes them again later. The MCAP writer therefore never gets an
+/// error from a full disk.
 pub struct Spool<W> {
     out: W,
     waiting: Vec<u8>,

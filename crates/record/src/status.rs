@@ -1,4 +1,4 @@
-//! Status of a recording, shared by both of its sides.
+//! Status of a recording, shared by the loop and the writing threads.
 
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU64, Ordering};
 
@@ -9,7 +9,7 @@ pub struct Status {
     pub is_absent: bool,
     /// Number of entries in the queue.
     pub queued: u64,
-    /// Number of lost entries that a replay needs: with any, it cannot reproduce the flight.
+    /// Number of lost entries that a replay needs. Above 0, the replay cannot reproduce the flight.
     pub lost_raw: u64,
     /// Number of other lost entries.
     pub lost_decoded: u64,
@@ -33,7 +33,7 @@ pub(super) struct Progress {
     pub taken: AtomicU64,
     /// Number of bytes that the disk has accepted.
     pub written: AtomicU64,
-    /// Number of bytes that it has not accepted yet.
+    /// Number of bytes that the disk has not accepted yet.
     pub waiting: AtomicU64,
     pub failed_writes: AtomicU64,
     pub failed_syncs: AtomicU64,
@@ -46,8 +46,8 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Counts a write that failed with `error`; its bytes are written again. The counter changes last, so that a reader
-    /// of it also sees the bytes written before.
+    /// Counts a write that failed with `error`; its bytes are written again. The counter changes last, so that a thread
+    /// that reads it also sees the bytes written before.
     pub fn write_failed(&self, error: &std::io::Error) {
         self.os_error.store(error.raw_os_error().unwrap_or(0), Ordering::Relaxed);
         self.failed_writes.fetch_add(1, Ordering::Release);

@@ -18,11 +18,11 @@ pub struct RangefinderConfig {
     pub lever_arm_m: Vector<Body>,
     /// Height of the ground above the ellipsoid at the start of the flight, m.
     pub ground_m: f64,
-    /// One-sigma of the change of the ground height per metre of horizontal distance, m.
+    /// Standard deviation of the change of the ground height per metre of horizontal distance, m.
     pub ground_walk_m: f64,
-    /// One-sigma of the white noise, m.
+    /// Standard deviation of the white noise, m.
     pub noise_m: f64,
-    /// Additional noise as a share of the distance.
+    /// Additional noise as a fraction of the distance.
     pub noise_share: f64,
     /// Shortest and longest measurable distance, m.
     pub reach_m: [f64; 2],
@@ -108,11 +108,11 @@ pub struct AntennasConfig {
     pub rate_hz: f64,
     /// Position of the second antenna relative to the first, body axes, m.
     pub baseline_m: Vector<Body>,
-    /// One sigma of the heading, rad, which the receiver also reports.
+    /// Standard deviation of the heading, rad, which the receiver also reports.
     pub sigma_rad: f64,
-    /// Share of `sigma_rad` that is correlated in time, from multipath.
+    /// Fraction of `sigma_rad` that is correlated in time, from multipath.
     pub wander_share: f64,
-    /// Correlation time of that share, s.
+    /// Correlation time of this fraction, s.
     pub wander_time_s: f64,
 }
 

@@ -69,16 +69,17 @@ impl Airframe {
     }
 }
 
-/// Lateness of the four sticks of a vehicle: transport delay and first-order lag, s.
+/// Response delays of one stick: transport delay and first-order lag, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lateness {
     pub delay_s: f64,
-    /// `None` where the model does not state it.
+    /// Lag of the first-order response; `None` where the model does not state it.
     pub lag_s: Option<f64>,
 }
 
 impl Lateness {
-    /// Delay and lag of each stick of `model`, less the delay `period_s` of the flight computer.
+    /// Delay and lag of each stick of `model`. The delay `period_s` of the flight computer is subtracted, because the
+    /// flight computer adds it.
     pub fn of(model: &StateSpace, period_s: f64) -> [Self; 4] {
         ["lat", "lon", "col", "ped"].map(|stick| {
             let known = |kind: &str| {
@@ -90,7 +91,8 @@ impl Lateness {
             let stated_s = delay_s.unwrap_or(period_s) - period_s;
             let lag_s = match (delay_s, lag_s) {
                 (None, None) => None,
-                // A delay shorter than the loop's own shortens the lag: their sum counts.
+                // A delay shorter than that of the flight computer shortens the lag, so that the sum of delay and lag
+                // is kept.
                 _ => Some((lag_s.unwrap_or(0.0) + stated_s.min(0.0)).max(0.0)),
             };
             Self { delay_s: stated_s.max(0.0), lag_s }

@@ -10,9 +10,9 @@ use super::noise::{GaussMarkov, Noise, Stream};
 pub struct BaroConfig {
     /// Samples per second.
     pub rate_hz: f64,
-    /// One-sigma of the white noise, m.
+    /// Standard deviation of the white noise, m.
     pub noise_m: f64,
-    /// One-sigma of the slow error (Gauss-Markov), m.
+    /// Standard deviation of the slow error (Gauss-Markov), m.
     pub wander_m: f64,
     /// Correlation time of the slow error, s.
     pub wander_time_s: f64,

@@ -41,7 +41,7 @@ pub(super) fn positive(sensor: &'static str, what: &'static str, value: f64) -> 
     check(value > 0.0, sensor, what, value, "above 0")
 }
 
-/// A standard deviation or a step.
+/// Checks a standard deviation, or a size that may be zero.
 pub(super) fn size(sensor: &'static str, what: &'static str, value: f64) -> Checked {
     check(value >= 0.0 && value.is_finite(), sensor, what, value, "0 or above")
 }

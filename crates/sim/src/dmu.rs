@@ -13,7 +13,7 @@ use super::noise::{GaussMarkov, Noise, Stream};
 use super::triad::{AccelerometerConfig, GyroConfig, Triad};
 use super::vibration::{RunningSource, VibrationSource};
 
-/// Form of the inertial unit's measurements.
+/// The quantities that the inertial unit outputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DmuOutput {
     /// Instantaneous rates and specific forces.
@@ -52,11 +52,11 @@ pub struct DmuConfig {
 /// Errors of the attitude computed by the inertial unit itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AttitudeConfig {
-    /// One-sigma of the slow error (Gauss-Markov) of roll, pitch and yaw, °.
+    /// Standard deviation of the slow error (Gauss-Markov) of roll, pitch and yaw, °.
     pub wander_sigma_deg: [f64; 3],
     /// Correlation time of the slow error, s.
     pub wander_time_s: f64,
-    /// One-sigma of the white noise, °.
+    /// Standard deviation of the white noise, °.
     pub noise_sigma_deg: f64,
     /// Resolution of the output, °; 0 for unlimited.
     pub resolution_deg: f64,
@@ -69,9 +69,9 @@ pub struct AttitudeConfig {
 pub struct MagnetometerConfig {
     /// The Earth's field at the site, gauss.
     pub field_gauss: Vector<Ned>,
-    /// One sigma of the vehicle's own field, drawn at turn-on, gauss.
+    /// Standard deviation of the vehicle's own magnetic field (hard iron), drawn at turn-on, gauss.
     pub hard_iron_sigma_gauss: f64,
-    /// One-sigma of the white noise, gauss.
+    /// Standard deviation of the white noise, gauss.
     pub noise_sigma_gauss: f64,
     /// Resolution of the output, gauss; 0 for unlimited.
     pub resolution_gauss: f64,
@@ -155,8 +155,8 @@ impl Default for MagnetometerConfig {
 }
 
 impl MagnetometerConfig {
-    /// The default settings, with the Earth's field at `place` in 2025 according to the World Magnetic Model, to 0.001
-    /// gauss.
+    /// The default settings, with the Earth's field at the position `place` in 2025 according to the World Magnetic
+    /// Model, to 0.001 gauss.
     #[must_use]
     pub fn at(place: &Geodetic) -> Self {
         let default = Self::default();

@@ -23,19 +23,19 @@ pub struct GpsConfig {
     pub lever_arm_m: Vector<Body>,
     /// Delay from the time of validity of a fix to its arrival, s.
     pub latency_s: f64,
-    /// Latency that is subtracted from the time of arrival to give [`Fix::time`](hovernav::gps::Fix), s. Where it
-    /// differs from the true latency, every fix has a wrong time by the difference. A fix arrives at its `time` plus
-    /// this latency.
+    /// Latency that is subtracted from the time of arrival to give [`Fix::time`](hovernav::gps::Fix), s. If it differs
+    /// from the true latency, the time of every fix is wrong by the difference. A fix arrives at its `time` plus this
+    /// latency.
     pub assumed_latency_s: f64,
-    /// One-sigma of the white noise of the position, m.
+    /// Standard deviation of the white noise of the position, m.
     pub position_noise_m: HorizontalVertical,
-    /// One-sigma of the slow error (Gauss-Markov) of the position, m.
+    /// Standard deviation of the slow error (Gauss-Markov) of the position, m.
     pub position_wander_m: HorizontalVertical,
     /// Correlation time of the slow error of the position, s.
     pub position_wander_time_s: f64,
-    /// One-sigma of the white noise of the velocity, m/s.
+    /// Standard deviation of the white noise of the velocity, m/s.
     pub velocity_noise_mps: HorizontalVertical,
-    /// One-sigma of the slow error (Gauss-Markov) of the velocity, m/s.
+    /// Standard deviation of the slow error (Gauss-Markov) of the velocity, m/s.
     pub velocity_wander_mps: HorizontalVertical,
     /// Correlation time of the slow error of the velocity, s.
     pub velocity_wander_time_s: f64,

@@ -13,8 +13,9 @@ pub(super) fn effect(
     motion: &HelicopterState,
     height_m: f64,
 ) -> f64 {
-    /// Heights in rotor radii: no ground effect above the first, constant below the second.
+    /// Height in rotor radii above which the ground has no effect.
     const REACH: f64 = 3.0;
+    /// Height in rotor radii below which the effect is constant.
     const LEAST: f64 = 0.5;
     let rotor = &parameters.main_rotor;
     let radii = (height_m + parameters.hub_height_m) / rotor.radius_m;

@@ -23,7 +23,7 @@ pub struct Leg {
 }
 
 impl Leg {
-    /// Level and without acceleration, of zero duration.
+    /// A level leg without acceleration, of zero duration.
     pub(super) const STEADY: Self = Self {
         duration_s: 0.0,
         acceleration_mps2: Vector::ZERO,

@@ -6,7 +6,7 @@ use hovernav::frames::Vector;
 use super::leg::{Leg, Level};
 use super::trajectory::{Trajectory, TrajectoryError};
 
-/// Duration of a stick movement of a test point, s.
+/// Duration of a stick movement in a test point, s.
 const STICK_S: f64 = 0.5;
 /// Duration of entering or leaving a turn or a climb, s.
 const ENTRY_S: f64 = 2.0;
@@ -41,7 +41,7 @@ pub struct FlightPlan {
 }
 
 impl FlightPlan {
-    /// Starts level and at rest at `start`, heading `heading_rad` from true north.
+    /// A plan that starts level and at rest at `start`, heading `heading_rad` from true north.
     #[must_use]
     pub fn hover_at(start: Geodetic, heading_rad: f64) -> Self {
         Self { start, heading_rad, legs: Vec::new(), speed_mps: Vector::ZERO }
@@ -172,7 +172,7 @@ impl FlightPlan {
         three_times(plan, |plan| plan.yaw_doublet(25f64.to_radians(), 1.5))
     }
 
-    /// Duration so far, s.
+    /// Duration of the legs in the plan, s.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.legs.iter().map(|leg| leg.duration_s).sum()
@@ -225,8 +225,8 @@ impl FlightPlan {
     }
 }
 
-/// The signed rate for `change` and the time at this rate, in addition to entry and exit. Each of these covers half of
-/// the distance at the steady rate.
+/// The signed rate for `change`, and the time at this rate, s, without entry and exit. Entry and exit each cover half
+/// of the change that the steady rate would cover in the same time.
 fn steady_part(change: f64, rate: f64) -> (f64, f64) {
     let steady_s = (change / rate).abs() - ENTRY_S;
     if steady_s <= 0.0 { (change / ENTRY_S, 0.0) } else { (rate.abs().copysign(change), steady_s) }

@@ -12,9 +12,11 @@ const FEET_M: [DVec3; 4] = [
     DVec3::new(-0.25, 0.18, 0.38),
     DVec3::new(-0.25, -0.18, 0.38),
 ];
-/// Stiffness of a foot, N/m, damping, N·s/m, and friction.
+/// Stiffness of a foot, N/m.
 const FOOT_STIFFNESS_NPM: f64 = 4000.0;
+/// Damping of a foot, N·s/m.
 const FOOT_DAMPING_NSPM: f64 = 120.0;
+/// Friction coefficient of a foot.
 const FRICTION: f64 = 0.6;
 /// Sliding speed below which friction is proportional to speed, m/s.
 const SLIDE_MPS: f64 = 0.1;

@@ -51,12 +51,12 @@ impl State {
         }
     }
 
-    /// The motion of the point at `lever_arm_m` from this one.
+    /// The motion of the point at `lever_arm_m` from this point.
     ///
-    /// Exact for a rigid body, except for rounding and the square of the lever arm over the Earth's radius (a relative
-    /// 1e-7 at 1 m). The point has its own height, gravity and north, east and down, in which its velocity and attitude
-    /// are given. Specific force is equation 4.1 of Paw (2005), doi:10.32657/10356/47095, plus the difference in
-    /// gravitation.
+    /// The result is exact for a rigid body, except for rounding and the square of the lever arm over the Earth's
+    /// radius (a relative 1e-7 at 1 m). The new point has its own height, gravity and north, east and down; its
+    /// velocity and attitude are given in these axes. Specific force is equation 4.1 of Paw (2005),
+    /// doi:10.32657/10356/47095, plus the difference in gravitation.
     #[must_use]
     pub fn at_point(&self, lever_arm_m: Vector<Body>) -> Self {
         let offset_m = self.body_to_ned * lever_arm_m;

@@ -295,7 +295,7 @@ fn geodetic(place: DVec3) -> Geodetic {
     Geodetic { latitude_rad: place.x, longitude_rad: place.y, height_m: place.z }
 }
 
-/// Change of latitude, longitude and height for a small displacement from `place`.
+/// Change of latitude, longitude and height for a small displacement from the position `place`.
 fn geodetic_step(place: DVec3, way_m: Vector<Ned>) -> DVec3 {
     let local = Local::at(&geodetic(place));
     let parallel_m = local.east_radius_m * libm::cos(place.x);

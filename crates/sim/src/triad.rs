@@ -11,15 +11,15 @@ use super::noise::{GaussMarkov, Noise};
 /// Errors of the three gyros, identical in distribution and independent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GyroConfig {
-    /// One sigma of the constant bias drawn at turn-on, °/s.
+    /// Standard deviation of the constant bias drawn at turn-on, °/s.
     pub turn_on_bias_sigma_degps: f64,
-    /// One sigma of the drifting bias (Gauss-Markov), °/s.
+    /// Standard deviation of the drifting bias (Gauss-Markov), °/s.
     pub wandering_bias_sigma_degps: f64,
     /// Correlation time of the drifting bias, s.
     pub wandering_bias_time_s: f64,
     /// White noise of the rate, °/√h.
     pub angle_random_walk_deg_per_sqrt_h: f64,
-    /// One sigma of the scale factor error, drawn at turn-on, as a fraction.
+    /// Standard deviation of the scale factor error, drawn at turn-on, as a fraction.
     pub scale_factor_sigma: f64,
     /// Resolution of the output, °/s; 0 for unlimited. For increments it applies to the mean rate over a sample, and
     /// the rounding error is carried over to the next sample.
@@ -33,15 +33,15 @@ pub struct GyroConfig {
 /// Errors of the three accelerometers, identical in distribution and independent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AccelerometerConfig {
-    /// One sigma of the constant bias drawn at turn-on, m/s².
+    /// Standard deviation of the constant bias drawn at turn-on, m/s².
     pub turn_on_bias_sigma_mps2: f64,
-    /// One sigma of the drifting bias (Gauss-Markov), m/s².
+    /// Standard deviation of the drifting bias (Gauss-Markov), m/s².
     pub wandering_bias_sigma_mps2: f64,
     /// Correlation time of the drifting bias, s.
     pub wandering_bias_time_s: f64,
     /// White noise of the specific force, m/s/√h.
     pub velocity_random_walk_mps_per_sqrt_h: f64,
-    /// One sigma of the scale factor error, drawn at turn-on, as a fraction.
+    /// Standard deviation of the scale factor error, drawn at turn-on, as a fraction.
     pub scale_factor_sigma: f64,
     /// Resolution of the output, m/s²; 0 for unlimited. For increments it applies to the mean over a sample, and the
     /// rounding error is carried over to the next sample.
@@ -136,7 +136,7 @@ impl AccelerometerConfig {
     }
 }
 
-/// Errors of either kind of sensor, in rad or m and s.
+/// Errors of a triad of gyros (rad, s) or of accelerometers (m, s).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TriadErrors {
     bias_sigma: f64,

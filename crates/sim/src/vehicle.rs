@@ -27,7 +27,7 @@ use hovernav_model::{LinearAirframe, StateSpace};
 pub struct VehicleConfig {
     /// The servos of cyclic and collective.
     pub servo: ServoConfig,
-    /// The servo of the tail, which is faster than the others.
+    /// The servo of the tail, which is faster than the other servos.
     pub tail_servo: ServoConfig,
     /// The engine and its governor.
     pub engine: EngineConfig,
@@ -62,12 +62,13 @@ impl VehicleConfig {
     }
 }
 
-/// Sink rate, m/s, and tilt, rad, above which a ground contact is a crash.
+/// Sink rate, m/s, above which a ground contact is a crash.
 const HARD_MPS: f64 = 2.5;
+/// Tilt, rad, above which a ground contact is a crash.
 const TIPPED_RAD: f64 = 0.6;
 /// Roll or pitch, rad, beyond which a vehicle in the air is lost.
 const UPSET_RAD: f64 = 1.4;
-/// Airspeed, m/s, beyond which a linear hover model describes nothing.
+/// Airspeed, m/s, above which a linear hover model is not valid.
 const FASTEST_MPS: f64 = 20.0;
 
 /// A flying helicopter, from sticks to motion.
@@ -76,8 +77,9 @@ pub struct Vehicle {
     config: VehicleConfig,
     airframe: Airframe,
     servos: [SimulatedServo; 4],
-    /// Transport delays of the sticks' commands, and the time since the start, s.
+    /// Transport delays of the sticks' commands.
     transports: [Transport; 4],
+    /// Time since the start, s.
     time_s: f64,
     /// Servos that are jammed.
     jammed: [bool; 4],
@@ -91,7 +93,7 @@ pub struct Vehicle {
 }
 
 impl Vehicle {
-    /// `helicopter` in its hover at `position`, heading `heading_rad`.
+    /// A `helicopter` in hover at `position`, heading `heading_rad`.
     ///
     /// # Errors
     /// [`ConfigError`] with the invalid value of `config`.
@@ -106,9 +108,9 @@ impl Vehicle {
         Self::of(config, airframe, late, position, heading_rad)
     }
 
-    /// A linear hover model in its hover at `position`, level, heading `heading_rad`. The delays and lags that the model
-    /// states for its sticks replace the lags of the servos. They count from a command to its effect; of a delay, the
-    /// flight computer already takes `period_s`.
+    /// A linear hover model in hover at `position`, level, heading `heading_rad`. The delays and lags that the model
+    /// states for its sticks replace the lags of the servos. These delays count from a command to its effect. They
+    /// include the delay `period_s` of the flight computer.
     ///
     /// # Errors
     /// [`ConfigError`] with the invalid value of `config`.
@@ -179,8 +181,8 @@ impl Vehicle {
         self.pushes.push(Push::new(*disturbance));
     }
 
-    /// Jams the servo of `stick` (lateral, longitudinal, collective or pedal) at its position; that of a helicopter's
-    /// tail includes the contribution of its gyro. Other numbers have no effect.
+    /// Jams the servo of `stick` (lateral, longitudinal, collective or pedal) at its current position. The position of
+    /// a helicopter's tail servo includes the contribution of its gyro. Other numbers have no effect.
     pub fn jam(&mut self, stick: usize) {
         if let Some(jammed) = self.jammed.get_mut(stick) {
             *jammed = true;

@@ -14,7 +14,7 @@ use super::noise::{GaussMarkov, Noise};
 pub struct VibrationSource {
     /// Mean revolutions per second, Hz, above zero.
     pub frequency_hz: f64,
-    /// One sigma of the slow drift of the frequency, Hz.
+    /// Standard deviation of the slow drift of the frequency, Hz.
     pub wander_sigma_hz: f64,
     /// Correlation time of the drift, s.
     pub wander_time_s: f64,

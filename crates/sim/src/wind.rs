@@ -7,18 +7,18 @@ use super::check::{Checked, ConfigError, finite_vector, positive, size};
 use super::noise::{Noise, Stream};
 use hovernav::frames::{Ned, Vector};
 
-/// Settings of the wind. The default is a light wind with gusts of the MIL-F-8785C scales for 10 m above the ground.
-/// These gusts are three times as strong as the specified gusts of such a wind.
+/// Settings of the wind. The default is a light wind with gusts of the MIL-F-8785C length scales for 10 m above the
+/// ground. These gusts are three times as strong as specified for such a wind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WindConfig {
     /// The steady wind, in the direction to which it blows, m/s.
     pub steady_mps: Vector<Ned>,
-    /// One-sigma of the gusts, m/s.
+    /// Standard deviation of the gusts, m/s.
     pub gust_sigma_mps: HorizontalVertical,
     /// Length scale of the gusts, m.
     pub gust_length_m: HorizontalVertical,
-    /// Speed at which the gusts pass, m/s: the airspeed of the vehicle. At least 1 m/s, for gusts of a hover in calm
-    /// air.
+    /// Speed at which the gusts pass, m/s: the airspeed of the vehicle. It is at least 1 m/s, so that a hover in calm
+    /// air has gusts.
     pub passing_mps: f64,
 }
 
@@ -143,7 +143,7 @@ impl Dryden {
         let cross = added_xy / first;
         let drive = [first, cross, (added_yy - cross * cross).max(0.0).sqrt()];
         let root3 = 3f64.sqrt();
-        // Across, unit x gives variance 3 + 2√3(1−√3)/2 + (1−√3)²/2 = 2.
+        // Across the wind, an x of unit variance gives the variance 3 + 2√3(1−√3)/2 + (1−√3)²/2 = 2.
         let mix = if along {
             [sigma, 0.0]
         } else {

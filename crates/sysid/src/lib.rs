@@ -1,11 +1,11 @@
 //! Identification: from a recorded flight to a validated model, or to the reasons why it cannot be trusted.
 //!
-//! Three modules, each of which uses only those above it:
+//! The crate has three modules. Each uses only the modules above it in the table:
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`record`] | the record of a flight: [`Experiment`](record::Experiment), manoeuvres, test points, vibration tones, filters, kinematic consistency |
-//! | [`methods`] | excitation, subspace identification, frequency responses, prediction error on equations with unknown parameters, validation |
+//! | [`record`] | flight records ([`Experiment`](record::Experiment)): test points, tones, filters, kinematic checks |
+//! | [`methods`] | excitation, subspace identification, frequency responses, prediction error, validation |
 //! | [`helicopter`] | the equations of a small helicopter, and all of the above applied to a recorded flight |
 //!
 //! Every identified model is a [`LinearModel`](hovernav_model::LinearModel) or

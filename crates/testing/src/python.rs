@@ -16,7 +16,7 @@ use crate::skip;
 #[must_use]
 #[track_caller]
 pub fn python(packages: &[&str]) -> Option<PathBuf> {
-    /// Held while the environment is created or changed.
+    /// Lock that is held while the environment is created or changed.
     static TURN: Mutex<()> = Mutex::new(());
     let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
     let python = environment().and_then(|environment| install(packages, &environment));

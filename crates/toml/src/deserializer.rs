@@ -10,7 +10,7 @@ use toml::map::Iter;
 
 use crate::{ValueError, words};
 
-/// A step from a value to a value inside it.
+/// One step of a path, from a value to a value inside it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
     Key(String),
@@ -41,7 +41,7 @@ impl serde::de::Error for ValueError {
         Self::custom(format_args!("found \"{found}\", expected {expected}"))
     }
 
-    /// The caller that reads the key adds it to the error.
+    /// The caller that reads the key adds the key to the error.
     fn unknown_field(_key: &str, expected: &'static [&'static str]) -> Self {
         Self::custom(format_args!("no such key, expected {}", words::one_of(expected)))
     }
@@ -328,7 +328,7 @@ impl<'a, 'de> EnumAccess<'de> for Variant<'a> {
 }
 
 impl<'a> Variant<'a> {
-    /// Passes the content to `read`.
+    /// Passes the content of the variant to `read`.
     fn content<T>(
         self,
         read: impl FnOnce(ValueDeserializer<'a>) -> Result<T, ValueError>,

@@ -170,7 +170,7 @@ impl ValueError {
         <Self as serde::de::Error>::custom(reason).below(key)
     }
 
-    /// This error for a value below `key`: adds `key` to its path.
+    /// This error for a value below `key`: `key` is added to the path of the value.
     #[must_use]
     pub fn below(mut self, key: &str) -> Self {
         self.place.push(Place::Key(key.to_owned()));
@@ -196,7 +196,7 @@ pub fn offset_of_key(text: &str, key: &str) -> usize {
     offset_of(text, &[Place::Key(key.to_owned())]).unwrap_or(0)
 }
 
-/// Byte offset in `text` of the value at `place`, which begins with the innermost key.
+/// Byte offset in `text` of the value at the path `place`, which begins with the innermost key.
 fn offset_of(text: &str, place: &[Place]) -> Option<usize> {
     let document = DeTable::parse(text).ok()?;
     let (mut start, mut value) = (0, &DeValue::Table(document.into_inner()));
@@ -206,7 +206,7 @@ fn offset_of(text: &str, place: &[Place]) -> Option<usize> {
             (DeValue::Array(list), Place::Index(index)) => list.get(*index),
             _ => None,
         };
-        // The error of a missing key is at the table around it.
+        // The error of a missing key is reported at the table around the key.
         let Some(next) = next else { break };
         (start, value) = (next.span().start, next.get_ref());
     }

@@ -21,7 +21,7 @@ pub(crate) enum Recording {
     Text(String),
     List(Vec<Recording>),
     Map(Vec<[Recording; 2]>),
-    /// A structure with its name: `toml` knows a date by the name.
+    /// A structure with its name: `toml` recognises a date by the name of its structure.
     Struct(&'static str, Vec<(&'static str, Recording)>),
 }
 

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use crate::file::open_file;
 
-/// A file being written. Its name ends in `.part` until [`finish`](Self::finish) gives it its own name. Dropped before,
-/// for example because the disk is full, it is removed. An earlier file with its name stays until then, and remains if
-/// the new one is not completed.
+/// A file being written. Its name ends in `.part` until [`finish`](Self::finish) gives it its final name. A file that
+/// is dropped before it is finished, for example because the disk is full, is removed. An earlier file with the final
+/// name stays until the new file is finished.
 ///
 /// If the name is a link, the target of the link is replaced, not the link. A device or a pipe cannot be replaced, so
 /// it is written directly.
@@ -28,7 +28,7 @@ impl WholeFile {
         let mut own = path.to_path_buf();
         match std::fs::metadata(path) {
             Ok(found) if found.is_file() => {
-                // Fails where overwriting would fail.
+                // This fails in the same cases as overwriting the file.
                 OpenOptions::new().write(true).open(path)?;
                 own = path.canonicalize()?;
                 permissions = Some(found.permissions());
@@ -58,8 +58,7 @@ impl WholeFile {
         Self::create(path)
     }
 
-    /// A second handle on the file, for a writer that is dropped before the file is
-    /// [`finish`](Self::finish)ed.
+    /// A second handle of the file, for a writer that is dropped before [`finish`](Self::finish).
     ///
     /// # Errors
     /// Errors of the file system.
@@ -99,8 +98,8 @@ impl Drop for WholeFile {
     }
 }
 
-/// Creates the file `path` for writing. Whatever had this name is removed: a link is not followed, and a pipe is not
-/// opened.
+/// Creates the file `path` for writing. Anything with this name is removed first: a link is not followed, and a pipe is
+/// not opened.
 ///
 /// # Errors
 /// Errors of the file system, for example if `path` is a directory.

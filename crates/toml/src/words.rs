@@ -57,8 +57,8 @@ pub(crate) fn one_of(names: &[&str]) -> String {
     }
 }
 
-/// `message` preceded by the key at `place`, which begins with the innermost key. A message that begins with a key
-/// concerns a key further inside.
+/// `message` preceded by the key at the path `place`, which begins with the innermost key. If `message` already begins
+/// with a key, that key is further inside.
 pub(crate) fn sentence(place: &[Place], message: &str) -> String {
     let keys = place.iter().rev().filter_map(|step| match step {
         Place::Key(key) => Some(key.as_str()),

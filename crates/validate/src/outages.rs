@@ -1,10 +1,10 @@
 //! Drift of the solution in windows without GPS, each window evaluated separately.
 //!
-//! Up to the first withheld fix of a window, a run with the window equals a run without it. One pass over the log
+//! Up to the first ignored fix of a window, a run with the window equals a run without it. One pass over the log
 //! therefore leaves a copy of the estimator at the start of each window. Each copy then runs over its window without
 //! the fixes. The result equals that of a whole run with this one window, to the bit. `hovernav estimate` with several
-//! `--outage` runs all windows in one pass. Earlier withheld fixes then change the learned sensor errors of the filter
-//! before a later window.
+//! `--outage` runs all windows in one pass. The ignored fixes of one window then change the learned sensor errors of
+//! the filter before a later window.
 
 use std::iter::once;
 
@@ -61,7 +61,7 @@ pub fn drifts(
     drifts
 }
 
-/// Whether `event` is the first that belongs to a window: a sample within or after it, or a fix to withhold.
+/// Whether `event` is the first event that belongs to a window: a sample within or after it, or a fix to ignore.
 fn begins(outage: &Outage, event: &Event) -> bool {
     match event {
         Event::Imu(sample) => sample.time >= outage.start,

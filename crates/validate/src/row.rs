@@ -42,8 +42,9 @@ pub const NUMBERS: [&str; 33] = [
     "findings",
 ];
 
-/// Columns of text before the numbers, and after them.
+/// Columns of text before the numbers.
 const BEFORE: [&str; 3] = ["set", "run", "reference"];
+/// Columns of text after the numbers.
 const BEHIND: [&str; 2] = ["kinds", "refused"];
 
 /// Axes with a one-sigma of the filter: position, velocity, attitude.
@@ -58,9 +59,10 @@ const GROUPS: [(&str, [Axis; 3]); 3] = [
 pub struct Row {
     /// The set's name.
     pub set: String,
-    /// `causal`, `smoothed`, `outages` with the length of the windows, or `estimate` where the log was rejected.
+    /// Name of the run: `causal`, `smoothed`, `outages` with the length of the windows, or `estimate` where the log was
+    /// rejected.
     pub run: String,
-    /// Description of the reference; empty without one.
+    /// Description of the reference; empty without a reference.
     pub reference: String,
     /// Numbers by column, one of [`NUMBERS`]; unknown numbers are absent.
     pub numbers: BTreeMap<String, f64>,

@@ -7,7 +7,7 @@ use hovernav::frames::Vector;
 use super::mirror;
 use crate::status::Fault;
 
-/// Error model of a distance to the ground, and of the ground.
+/// Error model of a rangefinder and of the ground height.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RangeModel {
@@ -15,11 +15,11 @@ pub struct RangeModel {
     pub least_m: f64,
     /// Longest distance that the sensor measures, m.
     pub most_m: f64,
-    /// Readings below this quality, 0 to 1, are not used.
+    /// Smallest quality of a usable reading, 0 to 1.
     pub least_quality: f64,
-    /// One-sigma of its white error, used where a reading states no accuracy of its own, m.
+    /// One-sigma of the white error, m, for a reading without an accuracy of its own.
     pub noise_m: f64,
-    /// One-sigma of an additional error that grows with the distance, as a share of the distance.
+    /// One-sigma of an additional error that grows with the distance, as a fraction of the distance.
     pub noise_share: f64,
     /// One-sigma of the change of ground height over a metre, m.
     pub ground_walk_m: f64,
@@ -31,15 +31,16 @@ pub struct RangeModel {
 pub struct AntennaHeadingModel {
     /// Shortest time between two updates, s.
     pub interval_s: f64,
-    /// One-sigma of the heading, used where a reading states no accuracy of its own, rad.
+    /// One-sigma of the heading, rad, for a reading without an accuracy of its own.
     pub sigma_rad: f64,
-    /// Smallest one-sigma, rad.
+    /// Lower limit of the one-sigma of a heading, rad.
     pub floor_rad: f64,
-    /// Share of the one-sigma that varies slowly, 0 to 1.
+    /// Fraction of the one-sigma that varies slowly, 0 to 1.
     pub wander_share: f64,
     /// Correlation time of the slow error, s.
     pub wander_time_s: f64,
-    /// Largest difference of a measured baseline from the mounted one, m; beyond it the heading is rejected.
+    /// Largest difference between the measured and the mounted length of the baseline, m; beyond it the heading is
+    /// rejected.
     pub length_tolerance_m: f64,
 }
 
@@ -54,9 +55,9 @@ mirror!(AntennaHeadingModel, core_ekf::AntennaHeadingModel {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Rangefinder {
-    /// Position of the sensor relative to the point of the solution, body axes, m.
+    /// Position of the sensor relative to the reference point of the solution, body axes, m.
     pub lever_arm_m: [f64; 3],
-    /// Direction of its beam, body axes, of length one; 0, 0, 1 is straight down.
+    /// Unit vector along the beam, body axes; 0, 0, 1 is straight down.
     pub beam: [f64; 3],
     /// Error model of the sensor and of the ground.
     pub model: RangeModel,
@@ -66,9 +67,10 @@ pub struct Rangefinder {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct SecondAntenna {
-    /// Vector from the first antenna to the second, body axes, m; all zero for headings of the vehicle itself.
+    /// Baseline: vector from the first antenna to the second, body axes, m; all zero if the heading is that of the
+    /// vehicle itself.
     pub baseline_m: [f64; 3],
-    /// Error model of its heading.
+    /// Error model of the heading of the two antennas.
     pub model: AntennaHeadingModel,
 }
 

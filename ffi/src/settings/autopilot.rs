@@ -39,7 +39,7 @@ impl From<Sticks> for CoreSticks {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Trim {
-    /// The controls.
+    /// Positions of the controls.
     pub sticks: Sticks,
     /// Roll, rad.
     pub roll_rad: f64,
@@ -51,11 +51,11 @@ pub struct Trim {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct StickLimits {
-    /// Lowest, -1 to 0.
+    /// Lowest position of each control, -1 to 0.
     pub lowest: Sticks,
-    /// Highest, 0 to 1.
+    /// Highest position of each control, 0 to 1.
     pub highest: Sticks,
-    /// Fastest, full travels (of 1) a second; above 0.
+    /// Largest rate of each control, full travels (of 1) a second; above 0.
     pub rate_per_s: Sticks,
 }
 
@@ -67,15 +67,15 @@ pub struct Guidance {
     pub position_gain_per_s: f64,
     /// Vertical speed per height error, 1/s.
     pub height_gain_per_s: f64,
-    /// Fastest horizontal speed, m/s.
+    /// Largest horizontal speed, m/s.
     pub speed_mps: f64,
-    /// Fastest climb and descent, m/s.
+    /// Largest climb and sink rate, m/s.
     pub climb_mps: f64,
     /// Largest commanded horizontal acceleration, m/s^2.
     pub acceleration_mps2: f64,
     /// Largest commanded vertical acceleration, m/s^2.
     pub climb_acceleration_mps2: f64,
-    /// Fastest turn, rad/s.
+    /// Largest turn rate, rad/s.
     pub yaw_rate_radps: f64,
 }
 
@@ -83,23 +83,23 @@ pub struct Guidance {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct HealthLimits {
-    /// Roll and pitch, rad.
+    /// Largest one-sigma of roll and pitch, rad.
     pub tilt_sigma_rad: f64,
-    /// Heading, rad.
+    /// Largest one-sigma of heading, rad.
     pub heading_sigma_rad: f64,
-    /// Horizontal velocity, m/s.
+    /// Largest one-sigma of horizontal velocity, m/s.
     pub velocity_sigma_mps: f64,
-    /// Vertical velocity, m/s.
+    /// Largest one-sigma of vertical velocity, m/s.
     pub vertical_velocity_sigma_mps: f64,
-    /// Position, each axis, m.
+    /// Largest one-sigma of position on each axis, m.
     pub position_sigma_m: f64,
-    /// Age of the estimate, s.
+    /// Largest age of the estimate, s.
     pub age_s: f64,
     /// Time without an accepted fix, s, after which the estimate counts as dead reckoning.
     pub dead_reckoning_s: f64,
-    /// Time of rejected fixes, s, after which they contradict the estimate.
+    /// Time, s, after which continually rejected fixes count as a contradiction to the estimate.
     pub disagreement_s: f64,
-    /// Time, s, for which a quantity must be good before a better mode is flown on it again.
+    /// Time, s, for which a quantity must be good before the autopilot returns to a better mode that uses it.
     pub recovery_s: f64,
 }
 
@@ -107,22 +107,21 @@ pub struct HealthLimits {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Transfer {
-    /// Time constant, s, of the fade of the difference between two modes' commands.
+    /// Time constant, s, with which the difference between the commands of two modes fades out.
     pub fade_s: f64,
-    /// Time constant of the same fade when the pilot takes over, s.
+    /// Time constant, s, with which the difference between autopilot and pilot fades out when the pilot takes over.
     pub hand_back_s: f64,
     /// Time constant with which the sticks go to trim when attitude is unknown, s.
     pub neutral_s: f64,
-    /// Deflection of a stick that counts as the pilot's override.
+    /// Deflection of a stick from its position at engagement that counts as the pilot's override.
     pub override_travel: f64,
-    /// Time for which attitude is held without velocity before the descent begins, s.
+    /// Time, s, for which the autopilot holds attitude without a good velocity before it descends.
     pub patience_s: f64,
     /// Sink rate of the descent, m/s.
     pub descent_mps: f64,
-    /// Stick by which the trimmed collective changes, in the sinking direction, in a descent without vertical
-    /// velocity.
+    /// Change of the collective from trim, in the sinking direction, during a descent without a good vertical velocity.
     pub descent_collective: f64,
-    /// Time constant of learning trim in a steady hover, s.
+    /// Time constant, s, with which trim is learned in a steady hover.
     pub trim_s: f64,
 }
 
@@ -133,7 +132,7 @@ pub struct Transfer {
 pub struct AutopilotConfig {
     /// Period of the control loop, s, for which the gains were designed.
     pub period_s: f64,
-    /// Initial trim; a better one is learned in flight.
+    /// Initial trim; the autopilot learns a better trim in flight.
     pub trim: Trim,
     /// Range and rate of the commands.
     pub limits: StickLimits,
@@ -160,7 +159,7 @@ mirror!(Transfer, core::TransferConfig {
 });
 
 impl AutopilotConfig {
-    /// The structure of a configuration of the core.
+    /// Converts a configuration of the core to this structure.
     #[must_use]
     pub fn of(core: &core::HoverConfig) -> Self {
         Self {
@@ -182,7 +181,7 @@ impl AutopilotConfig {
         }
     }
 
-    /// The core's configuration; it is checked when an autopilot is created from it.
+    /// Converts this structure to a configuration of the core, without checks: the creation of an autopilot checks it.
     #[must_use]
     pub fn core(&self) -> core::HoverConfig {
         let mut config = core::HoverConfig::new(self.period_s, self.gains.core());

@@ -14,44 +14,45 @@ use crate::access::{input, optional, output};
 use crate::object::HOVERNAV_ABI;
 use crate::status::{Fault, Status};
 
-/// In HovernavAlignment.heading: the first available of two antennas, the unit's attitude, the magnetometer, unknown.
+/// In HovernavAlignment.heading: the first available source in the order two antennas, inertial unit's own attitude,
+/// magnetometer; else unknown.
 pub const HOVERNAV_HEADING_ANY: u32 = 0;
-/// The unit's own attitude.
+/// In HovernavAlignment.heading: the inertial unit's own attitude.
 pub const HOVERNAV_HEADING_ATTITUDE: u32 = 1;
-/// The magnetometer, levelled, with the declination.
+/// In HovernavAlignment.heading: the levelled magnetometer, corrected by the declination.
 pub const HOVERNAV_HEADING_MAGNETOMETER: u32 = 2;
-/// The course over ground; only for vehicles that travel in the direction of their nose.
+/// In HovernavAlignment.heading: the course over ground; only for vehicles that travel in the direction of their nose.
 pub const HOVERNAV_HEADING_COURSE: u32 = 3;
-/// Unknown: found in motion.
+/// In HovernavAlignment.heading: unknown; the estimator finds the heading in motion.
 pub const HOVERNAV_HEADING_UNKNOWN: u32 = 4;
-/// Two GPS antennas.
+/// In HovernavAlignment.heading: two GPS antennas.
 pub const HOVERNAV_HEADING_SECOND_ANTENNA: u32 = 5;
 
-/// Start of the estimator.
+/// Alignment of the estimator at its start.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Alignment {
     /// Source of the first heading: one of HOVERNAV_HEADING_.
     pub heading: u32,
-    /// Length of inertial data needed, 0.1 to 120 s.
+    /// Duration of inertial data needed for alignment, 0.1 to 120 s.
     pub duration_s: f64,
-    /// Offset added to the unit's yaw for true heading, rad: the declination, if the yaw is magnetic.
+    /// Offset, rad, added to the inertial unit's yaw to give true heading: the declination, if the yaw is magnetic.
     pub attitude_declination_rad: f64,
     /// Magnetic declination, east positive, rad, for the magnetometer.
     pub declination_rad: f64,
-    /// One-sigma of the unit's own roll and pitch, rad.
+    /// One-sigma of the inertial unit's own roll and pitch, rad.
     pub attitude_tilt_sigma_rad: f64,
-    /// One-sigma of the unit's own or the magnetic heading, rad.
+    /// One-sigma of the first heading, from the inertial unit's own attitude or the magnetometer, rad.
     pub heading_sigma_rad: f64,
-    /// One-sigma of levelling at rest, rad.
+    /// One-sigma of roll and pitch from levelling at rest, rad.
     pub level_sigma_rad: f64,
-    /// One-sigma of levelling in motion, rad.
+    /// One-sigma of roll and pitch from levelling in motion, rad.
     pub moving_level_sigma_rad: f64,
-    /// One-sigma of position, used where a fix states no accuracy of its own, m.
+    /// One-sigma of position, m, for a fix without an accuracy of its own.
     pub position_sigma_m: f64,
-    /// One-sigma of velocity, used where a fix states no accuracy of its own, m/s.
+    /// One-sigma of velocity, m/s, for a fix without an accuracy of its own.
     pub velocity_sigma_mps: f64,
-    /// Speed from which on the course gives the heading, m/s.
+    /// Smallest speed at which the course gives the heading, m/s.
     pub course_speed_mps: f64,
 }
 
@@ -63,11 +64,11 @@ pub struct ImuModel {
     pub angle_random_walk_rad: f64,
     /// Velocity random walk, m/s/sqrt(s).
     pub velocity_random_walk_mps: f64,
-    /// Share of the gyros' measured vibration that counts as white noise.
+    /// Fraction of the gyros' measured vibration that counts as white noise.
     pub gyro_vibration_share: f64,
-    /// Share of the accelerometers' measured vibration that counts as white noise.
+    /// Fraction of the accelerometers' measured vibration that counts as white noise.
     pub accel_vibration_share: f64,
-    /// Time, s, within which accelerometer samples share one vibration error.
+    /// Time, s, within which accelerometer samples have the same vibration error.
     pub accel_vibration_time_s: f64,
     /// One-sigma of the gyro bias, rad/s.
     pub gyro_bias_sigma_radps: f64,
@@ -81,27 +82,28 @@ pub struct ImuModel {
     pub gyro_scale_sigma: f64,
     /// One-sigma of each accelerometer's scale factor error.
     pub accel_scale_sigma: f64,
-    /// Gyro error about the axis of a turn, as a share of the turn, without states for it. Across the axis it is 2.5
-    /// times as large.
+    /// Gyro error about the axis of a turn, as a fraction of the turn, if the filter has no states for it. The error
+    /// across the axis is 2.5 times as large.
     pub turn_error_share: f64,
-    /// Time, s, for which the error of a turn keeps its sign.
+    /// Time, s, for which the gyro error of a turn keeps its sign.
     pub turn_error_time_s: f64,
-    /// One-sigma of each gyro's scale factor error as a share of the net turn about its axis, without states for it.
+    /// One-sigma of each gyro's scale factor error, as a fraction of the net turn about its axis, if the filter has no
+    /// states for it.
     pub net_turn_error_share: f64,
-    /// Time constant with which a net turn is forgotten, s.
+    /// Time constant, s, with which the memory of a net turn decays.
     pub net_turn_memory_s: f64,
     /// Full scale of the gyros, rad/s; 0 if unknown.
     pub gyro_range_radps: f64,
     /// Full scale of the accelerometers, m/s^2; 0 if unknown.
     pub accel_range_mps2: f64,
-    /// Intervals longer than this, s, are gaps.
+    /// Longest interval between samples that is not a gap, s.
     pub gap_s: f64,
-    /// One-sigma of the acceleration that a gap may have hidden, m/s^2.
+    /// One-sigma of the unmeasured acceleration during a gap, m/s^2.
     pub gap_acceleration_mps2: f64,
-    /// One-sigma of the angular rate that a gap may have hidden, rad/s.
+    /// One-sigma of the unmeasured angular rate during a gap, rad/s.
     pub gap_rate_radps: f64,
-    /// Interval of covariance propagation, s; it is also propagated before each measurement. 0 for every sample, like
-    /// the state.
+    /// Interval of covariance propagation, s; 0 for propagation at every sample, like the state. The covariance is also
+    /// propagated before each measurement.
     pub covariance_interval_s: f64,
 }
 
@@ -109,50 +111,50 @@ pub struct ImuModel {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct GpsModel {
-    /// One-sigma of horizontal position, each axis, used where a fix states no accuracy of its own, m.
+    /// One-sigma of horizontal position, each axis, m, for a fix without an accuracy of its own.
     pub horizontal_sigma_m: f64,
-    /// One-sigma of height, used where a fix states no accuracy of its own, m.
+    /// One-sigma of height, m, for a fix without an accuracy of its own.
     pub vertical_sigma_m: f64,
-    /// One-sigma of horizontal velocity, each axis, used where a fix states no accuracy of its own, m/s.
+    /// One-sigma of horizontal velocity, each axis, m/s, for a fix without an accuracy of its own.
     pub horizontal_velocity_sigma_mps: f64,
-    /// One-sigma of vertical velocity, used where a fix states no accuracy of its own, m/s.
+    /// One-sigma of vertical velocity, m/s, for a fix without an accuracy of its own.
     pub vertical_velocity_sigma_mps: f64,
-    /// Smallest one-sigma of the white part of position, m.
+    /// Lower limit of the one-sigma of the white position error, m.
     pub position_floor_m: f64,
-    /// Smallest one-sigma of the white part of velocity, m/s.
+    /// Lower limit of the one-sigma of the white velocity error, m/s.
     pub velocity_floor_mps: f64,
-    /// Share of the position's one-sigma that varies slowly, 0 to 1.
+    /// Fraction of the position's one-sigma that varies slowly, 0 to 1.
     pub position_wander_share: f64,
     /// Correlation time of the position's slow error, s.
     pub position_wander_time_s: f64,
-    /// Share of the velocity's one-sigma that varies slowly, 0 to 1.
+    /// Fraction of the velocity's one-sigma that varies slowly, 0 to 1.
     pub velocity_wander_share: f64,
     /// Correlation time of the velocity's slow error, s.
     pub velocity_wander_time_s: f64,
-    /// Time over which a receiver may have averaged its velocity, one-sigma, s.
+    /// One-sigma of the time over which a receiver averages its velocity, s.
     pub velocity_smoothing_s: f64,
-    /// Learning rate, 0 to 1: weight of one innovation in a learned GPS variance. The filter learns one-sigmas that
-    /// fixes do not state, or state too small.
+    /// Learning rate, 0 to 1: weight of one innovation in a learned GPS variance. The filter learns one-sigmas that the
+    /// fixes do not contain, or that are too small.
     pub learning_rate: f64,
-    /// One-sigma of the time between a fix's position and its velocity, s.
+    /// One-sigma of the time between the validity of a fix's position and of its velocity, s.
     pub position_latency_sigma_s: f64,
-    /// One-sigma of the time by which a fix is valid earlier than declared, s.
+    /// One-sigma of the time, s, by which a fix is valid earlier than its declared time.
     pub delay_sigma_s: f64,
 }
 
-/// Error model of an attitude reference.
+/// Error model of the inertial unit's own attitude.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct AttitudeModel {
     /// Shortest time between two updates, s.
     pub interval_s: f64,
-    /// One-sigma of its slow error in roll and pitch, rad.
+    /// One-sigma of the slow error in roll and pitch, rad.
     pub tilt_wander_rad: f64,
-    /// One-sigma of its slow error in heading, rad.
+    /// One-sigma of the slow error in heading, rad.
     pub heading_wander_rad: f64,
-    /// Correlation time of its slow error, s.
+    /// Correlation time of the slow error, s.
     pub wander_time_s: f64,
-    /// One-sigma of its white error, rad.
+    /// One-sigma of the white error, rad.
     pub noise_rad: f64,
 }
 
@@ -162,11 +164,11 @@ pub struct AttitudeModel {
 pub struct MagnetometerModel {
     /// Shortest time between two updates, s.
     pub interval_s: f64,
-    /// One-sigma of its slow error, rad.
+    /// One-sigma of the slow error of the heading, rad.
     pub heading_wander_rad: f64,
-    /// Correlation time of its slow error, s.
+    /// Correlation time of the slow error, s.
     pub wander_time_s: f64,
-    /// One-sigma of its white error, rad.
+    /// One-sigma of the white error, rad.
     pub noise_rad: f64,
 }
 
@@ -174,11 +176,11 @@ pub struct MagnetometerModel {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct BaroModel {
-    /// One-sigma of its white error, m.
+    /// One-sigma of the white error of the height, m.
     pub noise_m: f64,
-    /// One-sigma of its slow error, m.
+    /// One-sigma of the slow error of the height, m.
     pub wander_m: f64,
-    /// Correlation time of its slow error, s.
+    /// Correlation time of the slow error, s.
     pub wander_time_s: f64,
 }
 
@@ -196,18 +198,20 @@ pub struct GateModel {
     pub lockout_s: f64,
 }
 
-/// The complete configuration of the estimator. hovernav_default_config() sets it to defaults; change known values.
+/// The complete configuration of the estimator. hovernav_default_config() sets it to defaults; then replace the values
+/// that you know.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Config {
-    /// Position of the inertial unit relative to the point of the solution (such as the centre of gravity), body
-    /// axes, m.
+    /// Position of the inertial unit relative to the reference point of the solution (such as the centre of gravity),
+    /// body axes, m.
     pub imu_lever_arm_m: [f64; 3],
     /// Position of the GPS antenna relative to the same point, body axes, m.
     pub antenna_lever_arm_m: [f64; 3],
-    /// 1 if the unit's own attitude is used after alignment, else 0.
+    /// 1 if the inertial unit's own attitude is used after alignment, else 0.
     pub use_attitude: u32,
-    /// 1 if the magnetometer is used, unless the unit's own attitude is, else 0.
+    /// 1 if the magnetometer is used, else 0. While use_attitude is 1, a sample's own attitude is used in place of its
+    /// magnetic field.
     pub use_magnetometer: u32,
     /// 1 if the barometer is used, else 0.
     pub use_baro: u32,
@@ -218,29 +222,29 @@ pub struct Config {
     /// Kind of the vehicle, one of `HOVERNAV_VEHICLE_`. With `HOVERNAV_VEHICLE_UNSTATED` the fixes show whether the
     /// vehicle rolls on wheels.
     pub vehicle_kind: u32,
-    /// Start of the estimator.
+    /// Alignment of the estimator at its start.
     pub alignment: Alignment,
-    /// Inertial sensors.
+    /// Error model of the inertial sensors.
     pub imu: ImuModel,
-    /// GPS.
+    /// Error model of the GPS.
     pub gps: GpsModel,
-    /// The unit's own attitude.
+    /// Error model of the inertial unit's own attitude.
     pub attitude: AttitudeModel,
-    /// Magnetometer.
+    /// Error model of the magnetometer.
     pub magnetometer: MagnetometerModel,
-    /// Barometer.
+    /// Error model of the barometer.
     pub baro: BaroModel,
-    /// Gates and recovery.
+    /// Gates, and lockout times after which the filter is reset.
     pub gate: GateModel,
-    /// Switches of the mechanisms.
+    /// Switches of the filter's mechanisms.
     pub mechanisms: Mechanisms,
-    /// The rangefinder.
+    /// Settings of the rangefinder.
     pub rangefinder: Rangefinder,
-    /// The second antenna.
+    /// Settings of the second antenna.
     pub second_antenna: SecondAntenna,
-    /// The notch before the estimator.
+    /// Settings of the notch filter before the estimator.
     pub notch: Notch,
-    /// Limits of hovernav_get_health().
+    /// Limits that hovernav_get_health() uses.
     pub health: HealthLimits,
 }
 
@@ -328,14 +332,14 @@ impl Alignment {
 pub struct Checked {
     /// Configuration of the estimator.
     pub estimator: EstimatorConfig,
-    /// Configuration of the notch, if any.
+    /// Configuration of the notch; `None` without a notch.
     pub notch: Option<NotchConfig>,
     /// Accuracy of the estimate required to fly.
     pub health: CoreHealthLimits,
 }
 
 impl Config {
-    /// The structure of a configuration of the core.
+    /// Converts a configuration of the core to this structure.
     #[must_use]
     pub fn of(
         estimator: &EstimatorConfig,
@@ -367,7 +371,7 @@ impl Config {
         }
     }
 
-    /// The core's configuration.
+    /// Checks the values and converts them to configurations of the core.
     ///
     /// # Errors
     /// [`Fault`] names the first invalid value.
@@ -418,8 +422,8 @@ impl Config {
     }
 }
 
-/// Sets `config` to the defaults: a consumer or tactical-grade MEMS unit on a vibrating vehicle, a stand-alone GPS,
-/// no lever arms. `abi` is HOVERNAV_ABI. If the library has another version, nothing is written and the result is
+/// Sets `config` to the defaults: a consumer or tactical-grade MEMS inertial unit on a vibrating vehicle, a stand-alone
+/// GPS, no lever arms. `abi` is HOVERNAV_ABI. If the library has another version, nothing is written and the result is
 /// HOVERNAV_STATUS_ABI_MISMATCH.
 ///
 /// # Safety
@@ -436,7 +440,7 @@ pub unsafe extern "C" fn hovernav_default_config(config: *mut Config, abi: u32) 
     }))
 }
 
-/// Whether `config` can be used to navigate; `fault`, unless null, receives the first value out of range.
+/// Checks `config`. `fault`, unless null, receives the first value that is out of range.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.

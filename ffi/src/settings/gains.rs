@@ -4,86 +4,87 @@ use hovernav::autopilot as core;
 
 use super::mirror;
 
-/// Gains of a PID controller; units are the command's over the error's, combined with s as the names state.
+/// Gains of a PID controller. Each gain has the unit of the command divided by the unit of the error, combined with s
+/// as its name states.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct PidGains {
-    /// Command per error.
+    /// Proportional gain: command per error.
     pub proportional: f64,
-    /// Command per error and s.
+    /// Integral gain: command per error and second.
     pub integral_per_s: f64,
-    /// Command per rate of change of the measured value, s.
+    /// Derivative gain, s: command per rate of change of the measured value.
     pub derivative_s: f64,
-    /// Time constant of the low-pass on the derivative, s; from 0.
+    /// Time constant of the low-pass on the derivative, s; 0 or more.
     pub derivative_filter_s: f64,
-    /// Time constant with which the integral follows a limited command, s; above 0.
+    /// Time constant, s, with which the integral follows a limited command; above 0.
     pub tracking_time_s: f64,
 }
 
-/// Gains of the yaw regulator. Measured states are r, psi; there are two hidden states.
+/// Gains of the yaw regulator. The measured states are r and psi; there are two hidden states.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct YawGains {
-    /// Stick per measured state, row by control.
+    /// Gain from each measured state to the stick, one row per control.
     pub measured: [[f64; 2]; 1],
-    /// Stick per hidden state.
+    /// Gain from each hidden state to the stick, one row per control.
     pub hidden: [[f64; 2]; 1],
-    /// Stick per command under way.
+    /// Gain from the pending command, sent in the last sample, to the stick.
     pub pending: [[f64; 1]; 1],
-    /// Stick per s of measured error.
+    /// Gain from the time integral of each measured state's error to the stick, per s.
     pub integral_per_s: [[f64; 2]; 1],
-    /// Propagation of the hidden states over a sample, from themselves.
+    /// Hidden states after a sample, per hidden state before it.
     pub hidden_from_hidden: [[f64; 2]; 2],
-    /// Propagation from the measured states.
+    /// Hidden states after a sample, per measured state before it.
     pub hidden_from_measured: [[f64; 2]; 2],
-    /// Propagation from the command that acts.
+    /// Hidden states after a sample, per command that acted during it.
     pub hidden_from_pending: [[f64; 1]; 2],
-    /// Time constant with which the integrals follow a limited command, s.
+    /// Time constant, s, with which the integrals follow a limited command.
     pub tracking_time_s: f64,
 }
 
-/// Gains of the roll and pitch regulator. Measured states are p, q, phi, theta, u, v; there are six hidden states.
+/// Gains of the roll and pitch regulator. The measured states are p, q, phi, theta, u, v; there are six hidden states.
 /// The controls are lateral and longitudinal cyclic.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct RollPitchGains {
-    /// Stick per measured state, row by control.
+    /// Gain from each measured state to the stick, one row per control.
     pub measured: [[f64; 6]; 2],
-    /// Stick per hidden state.
+    /// Gain from each hidden state to the stick, one row per control.
     pub hidden: [[f64; 6]; 2],
-    /// Stick per command under way.
+    /// Gain from the pending command, sent in the last sample, to the stick.
     pub pending: [[f64; 2]; 2],
-    /// Stick per s of measured error.
+    /// Gain from the time integral of each measured state's error to the stick, per s.
     pub integral_per_s: [[f64; 6]; 2],
-    /// Propagation of the hidden states over a sample, from themselves.
+    /// Hidden states after a sample, per hidden state before it.
     pub hidden_from_hidden: [[f64; 6]; 6],
-    /// Propagation from the measured states.
+    /// Hidden states after a sample, per measured state before it.
     pub hidden_from_measured: [[f64; 6]; 6],
-    /// Propagation from the command that acts.
+    /// Hidden states after a sample, per command that acted during it.
     pub hidden_from_pending: [[f64; 2]; 6],
-    /// Time constant with which the integrals follow a limited command, s.
+    /// Time constant, s, with which the integrals follow a limited command.
     pub tracking_time_s: f64,
 }
 
-/// Gains of the attitude regulator, for flight without a known velocity. Measured states are p, q, phi, theta.
+/// Gains of the attitude regulator, for flight without a known velocity. The measured states are p, q, phi, theta.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct AttitudeGains {
-    /// Stick per measured state, row by control.
+    /// Gain from each measured state to the stick, one row per control.
     pub measured: [[f64; 4]; 2],
-    /// Stick per hidden state.
+    /// Gain from each hidden state to the stick, one row per control.
     pub hidden: [[f64; 6]; 2],
-    /// Stick per command under way.
+    /// Gain from the pending command, sent in the last sample, to the stick.
     pub pending: [[f64; 2]; 2],
-    /// Stick per s of measured error.
+    /// Gain from the time integral of each measured state's error to the stick, per s.
     pub integral_per_s: [[f64; 4]; 2],
-    /// Propagation of the hidden states over a sample, from themselves.
+    /// Hidden states after a sample, per hidden state before it.
     pub hidden_from_hidden: [[f64; 6]; 6],
-    /// Propagation from the measured states.
+    /// Hidden states after a sample, per measured state before it.
     pub hidden_from_measured: [[f64; 4]; 6],
-    /// Propagation from the command that acts.
+    /// Hidden states after a sample, per command that acted during it.
     pub hidden_from_pending: [[f64; 2]; 6],
-    /// Time constant with which the integrals follow a limited command, s.
+    /// Time constant, s, with which the integrals follow a limited command.
     pub tracking_time_s: f64,
 }
 
@@ -91,15 +92,15 @@ pub struct AttitudeGains {
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Gains {
-    /// Collective from the downward velocity w, body axes.
+    /// Gains from the downward velocity w, body axes, to collective.
     pub heave: PidGains,
-    /// Pedal from r, psi.
+    /// Gains from r, psi to pedal.
     pub yaw: YawGains,
-    /// Pedal per collective.
+    /// Gain from collective to pedal, which compensates the yaw caused by collective.
     pub pedal_per_collective: f64,
-    /// Cyclic from p, q, phi, theta, u, v.
+    /// Gains from p, q, phi, theta, u, v to cyclic.
     pub roll_pitch: RollPitchGains,
-    /// Cyclic from p, q, phi, theta.
+    /// Gains from p, q, phi, theta to cyclic, for flight without a known velocity.
     pub attitude: AttitudeGains,
 }
 

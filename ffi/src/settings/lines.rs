@@ -1,4 +1,4 @@
-//! Settings of the two sensor lines.
+//! Settings of the two serial lines: inertial unit and GPS receiver.
 
 use hovernav::dmu::{Calibration, Flow, Mode, Sign};
 use hovernav::gps::Protocol;
@@ -10,16 +10,16 @@ use crate::access::output;
 use crate::object::HOVERNAV_ABI;
 use crate::status::{Fault, Status};
 
-/// In HovernavLinesConfig.dmu_mode: rates, accelerations and field.
+/// In HovernavLinesConfig.dmu_mode: rates, accelerations and magnetic field.
 pub const HOVERNAV_DMU_SCALED: u32 = 1;
-/// Rates, accelerations, field and the unit's own attitude.
+/// In HovernavLinesConfig.dmu_mode: rates, accelerations, magnetic field and the inertial unit's own attitude.
 pub const HOVERNAV_DMU_ANGLE: u32 = 2;
 
 /// In HovernavLinesConfig.gps_protocol: Trimble Standard Interface Protocol.
 pub const HOVERNAV_GPS_TSIP: u32 = 1;
-/// NMEA 0183 sentences.
+/// In HovernavLinesConfig.gps_protocol: NMEA 0183 sentences.
 pub const HOVERNAV_GPS_NMEA: u32 = 2;
-/// u-blox binary.
+/// In HovernavLinesConfig.gps_protocol: u-blox binary.
 pub const HOVERNAV_GPS_UBX: u32 = 3;
 
 /// Limits of a receiver's fix.
@@ -44,20 +44,20 @@ pub struct FixLimits {
     pub max_ground_speed_mps: f64,
     /// Largest climb or sink rate of the vehicle, m/s.
     pub max_vertical_speed_mps: f64,
-    /// Largest distance of a position beyond the reach of the top speed since the last good fix, m.
+    /// Largest jump of a position, m: distance from the last good fix minus the distance that the vehicle can travel.
     pub max_jump_m: f64,
-    /// Largest delay of a fix relative to the most prompt recent fix, s.
+    /// Largest delay of a fix, s, relative to the most prompt recent fix.
     pub max_delay_s: f64,
 }
 
-/// Settings of the two serial lines: a Crossbow DMU-HDX-AHRS, and a receiver. With only one of them, leave the
-/// other's settings at their defaults and never call its function.
+/// Settings of the two serial lines: a Crossbow DMU-HDX-AHRS, and a receiver. With only one of the two sensors, leave
+/// the settings of the other sensor at their defaults and never call its function.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct LinesConfig {
-    /// Packet type that the unit sends: one of HOVERNAV_DMU_.
+    /// Packet type that the inertial unit sends: one of HOVERNAV_DMU_.
     pub dmu_mode: u32,
-    /// Time between requests for a packet, s; with 0 the unit sends as fast as it can.
+    /// Time between requests for a packet, s; with 0 the inertial unit sends as fast as it can.
     pub dmu_cycle_s: f64,
     /// Latency from the moment of a sample to the arrival of its packet's last byte, s.
     pub dmu_latency_s: f64,
@@ -65,7 +65,7 @@ pub struct LinesConfig {
     pub rate_range_degps: f64,
     /// Rated range of the accelerometers, standard gravity.
     pub accel_range_g: f64,
-    /// 1 for an accelerometer whose word counts along its axis, -1 against it: x, y, z.
+    /// Signs of the accelerometers x, y, z: 1 if the output counts along the axis, -1 if it counts against the axis.
     pub accel_signs: [i32; 3],
     /// Protocol of the receiver: one of HOVERNAV_GPS_.
     pub gps_protocol: u32,
@@ -126,7 +126,7 @@ fn small(what: &str, found: u32, expected: &str) -> Result<u8, Fault> {
     u8::try_from(found).map_err(|_| Fault::new(&[what], f64::from(found), expected))
 }
 
-/// Reason why lines cannot be started: a value out of range, or a protocol that was not built in.
+/// Reason why the serial lines cannot be started: a value out of range, or a protocol that was not built in.
 pub(crate) enum LinesFault {
     Value(Fault),
     NotBuilt,
@@ -157,7 +157,7 @@ impl LinesConfig {
     }
 
     fn protocol(&self) -> Result<Protocol, LinesFault> {
-        /// The protocol, where its feature is on.
+        /// The protocol; `None` if its feature was not built in.
         macro_rules! built {
             ($feature:literal, $protocol:ident) => {{
                 #[cfg(feature = $feature)]
@@ -228,8 +228,8 @@ impl LinesConfig {
     }
 }
 
-/// Sets `config` to the defaults: a unit of 200 deg/s and 4 g in angle mode, polled every 30.3 ms. The receiver is an
-/// NMEA one with a latency of 0.12 s. `abi` is HOVERNAV_ABI.
+/// Sets `config` to the defaults. The inertial unit has ranges of 200 deg/s and 4 g, and is polled in angle mode every
+/// 30.3 ms. The receiver sends NMEA with a latency of 0.12 s. `abi` is HOVERNAV_ABI.
 ///
 /// # Safety
 /// Pointers follow the rules of the crate.

@@ -5,62 +5,62 @@ use hovernav::ekf::Mechanisms as Core;
 use super::flag;
 use crate::status::Fault;
 
-/// Switches of the mechanisms that the estimator has beyond a Kalman filter with fixed noise: 1 on, 0 off. All are on by
-/// default. Equations such as (M11) are in docs/equations.md.
+/// Switches of the mechanisms that the estimator has beyond a Kalman filter with fixed noise: 1 on, 0 off. All are on
+/// by default. Equations such as (M11) are in docs/equations.md.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Mechanisms {
     /// Zero velocity and the Earth's rate at rest (M11).
     pub rest: u32,
-    /// Smaller gyro biases after a rest: the change of the bias between rest and motion is learned (M11).
+    /// Larger uncertainty of the gyro biases when a rest ends; the bias change is learned (M11).
     pub rested_bias: u32,
-    /// Factor on the noise of the inertial unit, from successive innovations (K18).
+    /// Learned factor on the noise of the inertial unit, from successive innovations (K18).
     pub excess_noise: u32,
-    /// Steps of a bias, from growing innovations (K19).
+    /// Detection of bias steps, from growing innovations (K19).
     pub bias_steps: u32,
-    /// Sizes of the errors of fixes, from their innovations (M7).
+    /// Learned one-sigmas of the fixes, from their innovations (M7).
     pub fix_errors: u32,
-    /// Heading from horizontal force only beyond the force's own error (K23).
+    /// Heading information only from horizontal force that exceeds its own error (K23).
     pub level_force: u32,
-    /// Larger accelerometer biases while vibration changes (K24).
+    /// Larger uncertainty of the accelerometer biases while vibration changes (K24).
     pub rectification: u32,
-    /// Offset of the antenna from its stated position, from turns (M16).
+    /// Offset of the antenna from its stated position, estimated in turns (M16).
     pub antenna_offset: u32,
-    /// Motion along the road while fixes are absent, for vehicles on wheels (M17).
+    /// Wheel constraint while fixes are absent: velocity only along the road (M17).
     pub wheels: u32,
     /// Rejection of a receiver whose fixes contradict each other (K15).
     pub self_contradiction: u32,
     /// Rejection of a height whose innovations are biased while another sensor of height agrees.
     pub biased_heights: u32,
-    /// Reports of positions that drift from their own velocity; the one-sigma reaches back to the start (K25).
+    /// Reports of positions that drift from their velocity; the one-sigma reaches back to the start of the drift (K25).
     pub drifting_positions: u32,
-    /// A previous position as second hypothesis, after a position that jumped was accepted.
+    /// The previous position as a second hypothesis, after a position that jumped was accepted.
     pub previous_position: u32,
-    /// No fusion of fixes that repeat the previous one bit for bit.
+    /// Rejection of fixes that repeat the previous one bit for bit.
     pub repeated_fixes: u32,
     /// Correction of a heading by the heading bank (H2 to H5).
     pub heading_monitor: u32,
-    /// No reset by a sensor of heading while the heading bank confirms the heading.
+    /// No reset to a heading sensor while the heading bank confirms the filter's heading.
     pub confirmed_heading: u32,
-    /// Second alignment after gaps (H7).
+    /// Second alignment in flight after gaps (H7).
     pub lost_level: u32,
-    /// Changes of the magnetic field (M15).
+    /// Monitor of the magnetic field for changes (M15).
     pub field_monitor: u32,
-    /// Comparison of the unit's own attitude with the gyros (M8).
+    /// Comparison of the inertial unit's own attitude with the gyros (M8).
     pub attitude_monitor: u32,
-    /// Scatter of the barometer (M18).
+    /// Learned noise of the barometer, from the scatter of its readings (M18).
     pub barometer_scatter: u32,
-    /// Error of the barometer by the wind of the vehicle's own speed (M10).
+    /// Barometer error caused by the airflow at the vehicle's speed (M10).
     pub barometer_wind: u32,
-    /// Shocks and lost samples: force is withheld, and noise is added (S13, S16).
+    /// Shocks: the specific force is held close to its value before the shock, and noise is added (S13, S16).
     pub shocks: u32,
-    /// Readings at full scale (S13).
+    /// Larger uncertainty for readings at full scale (S13).
     pub clipping: u32,
-    /// Single axes that repeat one reading (S13).
+    /// Detection of single axes that repeat one reading (S13).
     pub stuck_axes: u32,
-    /// No use of samples that repeat all six readings.
+    /// Rejection of samples that repeat all six readings.
     pub stuck_samples: u32,
-    /// No use of samples on a straight line, which a logger has interpolated (S17).
+    /// Rejection of samples on a straight line, which a logger has interpolated (S17).
     pub interpolated_samples: u32,
 }
 

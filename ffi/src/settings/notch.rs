@@ -4,9 +4,9 @@ use hovernav::imu::NotchConfig;
 
 use crate::status::Fault;
 
-/// A notch at the speed of a rotor: removes its vibration from the inertial samples before all other processing. Slow
-/// motion is delayed by width_hz / (2 pi frequency_hz^2) seconds, and the times of the samples are corrected for
-/// that.
+/// A notch filter at the speed of a rotor. It removes the rotor's vibration from the inertial samples before all other
+/// processing. It delays slow motion by width_hz / (2 pi frequency_hz^2) seconds, and corrects the times of the samples
+/// by this delay.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub struct Notch {
@@ -14,9 +14,10 @@ pub struct Notch {
     pub frequency_hz: f64,
     /// Width of the notch at half power, Hz, the same at each harmonic.
     pub width_hz: f64,
-    /// Lowest frequency in the samples that is removed, Hz: below it the vehicle itself moves.
+    /// Lowest frequency that the notch removes from the samples, Hz; lower frequencies are motion of the vehicle.
     pub least_hz: f64,
-    /// Number of harmonics of the speed that are removed, 1 to 4; 0 for no notch, and then frequency_hz is 0.
+    /// Number of harmonics of the rotor speed that the notch removes, 1 to 4. 0 for no notch, and then frequency_hz
+    /// must be 0.
     pub harmonics: u32,
 }
 

@@ -12,11 +12,11 @@ pub const HOVERNAV_VEHICLE_HELICOPTER: u32 = 1;
 pub const HOVERNAV_VEHICLE_MULTIROTOR: u32 = 2;
 /// Aeroplane.
 pub const HOVERNAV_VEHICLE_FIXED_WING: u32 = 3;
-/// Vehicle on wheels: it is held to its road while fixes are absent.
+/// Vehicle on wheels: its velocity across the road is constrained while fixes are absent.
 pub const HOVERNAV_VEHICLE_WHEELED: u32 = 4;
 /// Vessel on water.
 pub const HOVERNAV_VEHICLE_BOAT: u32 = 5;
-/// Unit in a hand or on a person.
+/// Inertial unit held in a hand or worn by a person.
 pub const HOVERNAV_VEHICLE_HANDHELD: u32 = 6;
 
 const NUMBERS: [(u32, VehicleKind); 6] = [

@@ -1,5 +1,5 @@
-//! The examples in C and C++, built by the compilers of the machine, run by themselves, under valgrind
-//! and with sanitizers.
+//! Tests of the examples in C and C++. The machine's compilers build them; they run directly, under valgrind and with
+//! sanitizers.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -59,8 +59,8 @@ fn build(source: &str, more: &[&str], place: &Path) -> Option<PathBuf> {
 
 const REPLAY: &str = "examples/04_c_flight_computer.c";
 
-/// First output line of the replay: samples, solutions, rejected axes, and a hash of every solution's bytes. Computed
-/// by the Rust core, with or without a `notch`.
+/// First output line of the replay, computed by the Rust core with or without a `notch`: samples, solutions, rejected
+/// axes, and a hash of every solution's bytes.
 fn flown(most: usize, notch: Option<NotchConfig>) -> String {
     let mut dataset = Dataset::open(&root().join("datasets/heli-hover")).unwrap();
     dataset.manifest.imu.notch = notch;
@@ -249,7 +249,7 @@ fn bytes_of_a_receiver_reach_the_sticks_in_cpp() {
     reach(&mut Command::new(program));
 }
 
-/// Header, libraries, pkg-config file and CMake package, installed below `prefix`.
+/// Installs header, libraries, pkg-config file and CMake package below `prefix`.
 fn install(prefix: &Path) {
     let mut command = Command::new(root().join("ffi/install"));
     text(&command.arg(prefix).arg(libraries()).output().unwrap());

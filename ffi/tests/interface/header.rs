@@ -13,8 +13,8 @@ fn header() -> String {
     readable(&String::from_utf8(bytes).unwrap())
 }
 
-/// The generator's text without parts that are useless in C. These are conditions that only Rust needs, the prefix of
-/// a type before the name of a constant, and three declarations of one enumeration.
+/// The generator's text without the parts that C does not need. These parts are conditions for Rust, the prefix of a
+/// type before the name of a constant, and the three declarations of each enumeration.
 fn readable(text: &str) -> String {
     let text = text
         .replace("HovernavHOVERNAV_", "HOVERNAV_")
@@ -31,7 +31,7 @@ fn readable(text: &str) -> String {
                 lines.pop();
             }
         } else if let Some(name) = line.strip_prefix("enum ").filter(|_| !line.contains('{')) {
-            // The condition, the type, the end of the condition, the brace.
+            // The lines of an enumeration: condition, type, end of the condition, brace.
             let kind = source.nth(1).unwrap().trim_start_matches([' ', ':']).to_owned();
             source.nth(1);
             lines.push(format!("typedef {kind} {name};"));

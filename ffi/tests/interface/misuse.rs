@@ -1,4 +1,4 @@
-//! Every detectable error of a caller returns its code and changes nothing.
+//! Tests that every detectable error of a caller returns its code and changes nothing.
 
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
@@ -92,7 +92,7 @@ fn creation_finds_null_small_and_misaligned_memory() {
 #[test]
 fn an_object_is_made_in_its_memory_and_never_stands_on_the_stack_as_a_whole() {
     let mut memory = Memory::new();
-    // More would end the process.
+    // A thread that needs more than this stack ends the process.
     let little = std::thread::Builder::new().stack_size(16 << 10);
     std::thread::scope(|scope| {
         let made = little.spawn_scoped(scope, || create(&mut memory).is_null()).unwrap();

@@ -1,4 +1,4 @@
-//! A sensor of the caller: its readings give the bits of Rust, and wrong ones are reported.
+//! A sensor of the caller: its readings give the same bits as in Rust, and invalid readings are reported.
 
 use std::ffi::c_void;
 use std::mem::MaybeUninit;
@@ -16,7 +16,7 @@ use hovernav_c::*;
 
 const ARM_M: [f64; 3] = [0.3, -0.1, 0.2];
 
-/// Forward speed and pitch rate, in Rust.
+/// Sensor of forward speed and pitch rate, in Rust.
 struct Speed(f64);
 
 impl Measurement for Speed {
@@ -33,7 +33,7 @@ impl Measurement for Speed {
     }
 }
 
-/// The same in C; the context is the speed.
+/// The sensor of forward speed and pitch rate, in C; the context is the speed.
 unsafe extern "C" fn speed(expected: *const Expected, rows: *mut Row, context: *mut c_void) -> u32 {
     // SAFETY: the context of this test is a number.
     let speed_mps = unsafe { *context.cast::<f64>() };

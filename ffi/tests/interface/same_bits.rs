@@ -1,5 +1,5 @@
-//! The C interface gives the same bits as Rust. Tested are a notch at one speed and following a rotor, and the raw
-//! bytes of both lines with the autopilot.
+//! The C interface gives the same bits as Rust. The tests use a notch at one speed, a notch that follows a rotor, and
+//! the raw bytes of both serial lines with the autopilot.
 
 use std::f64::consts::TAU;
 use std::mem::MaybeUninit;
@@ -57,8 +57,8 @@ fn shaken(cycle: i64, phase: f64) -> ([f64; 3], [f64; 3]) {
     ([0.01 * phase.sin(), grain, 0.0], [2.0 * phase.cos(), grain, -9.81 + phase.sin()])
 }
 
-/// Flies 20 s through C and through Rust to the same bits, with the speed of the rotor passed on if the notch
-/// `follows`. Returns the last solution.
+/// Passes 20 s of data through C and through Rust, and checks for equal bits. If the notch `follows` the rotor, both
+/// receive the rotor's speed. Returns the last solution.
 fn fly(notch: Option<NotchConfig>, increments: bool, follows: bool) -> String {
     let in_c = Navigator::new(notch);
     let mut in_rust = Estimator::new(EstimatorConfig::default());
@@ -151,7 +151,7 @@ fn a_speed_that_cannot_be_is_refused_and_moves_nothing() {
 }
 
 const CYCLE_S: f64 = 0.0303;
-/// Ticks of the unit's timer, 0.79 us each, in a cycle.
+/// Ticks of the inertial unit's timer, 0.79 us each, in a cycle.
 const CYCLE_TICKS: u16 = 38_354;
 
 /// Replies of a level Crossbow unit at rest to requests.
@@ -195,8 +195,8 @@ struct Core {
 }
 
 impl Core {
-    /// Takes bytes of the inertial unit or of the receiver. Returns the bytes to write, and the time until which to
-    /// read next.
+    /// Processes bytes of the inertial unit or of the receiver. Returns the bytes to write, and the time, ns, until
+    /// which to wait for bytes.
     fn read(&mut self, is_dmu: bool, bytes: &[u8], now: Time) -> (Vec<u8>, i64) {
         let mut reply = Vec::new();
         let Self { sensors, estimator, stepless, autopilot } = self;
@@ -220,7 +220,7 @@ impl Core {
 }
 
 impl Navigator {
-    /// The same in C.
+    /// As `Core::read`, but through the C interface.
     fn read(&self, is_dmu: bool, bytes: &[u8], now: Time) -> (Vec<u8>, i64) {
         let push = if is_dmu { hovernav_push_dmu_bytes } else { hovernav_push_gps_bytes };
         let mut result = MaybeUninit::<LineResult>::uninit();

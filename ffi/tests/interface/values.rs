@@ -1,5 +1,5 @@
-//! Impossible values are rejected with a code or reported by a notice. Each is reported, and none prevents later ones
-//! from being used.
+//! Impossible values are rejected with a code or reported by a notice. After an impossible value the next valid value
+//! is used.
 
 use std::ffi::CStr;
 use std::mem::MaybeUninit;
@@ -173,7 +173,7 @@ fn a_setting_beyond_its_range_is_refused_with_the_range() {
             "notch.width_hz",
             "more than 0, less than 10000 Hz",
         ),
-        // Its square is not finite.
+        // A one-sigma whose square is not finite.
         (
             |config| config.imu.gyro_bias_sigma_radps = 1e300,
             "imu.gyro_bias_sigma_radps",
@@ -206,7 +206,7 @@ fn what_alignment_cannot_use_is_reported() {
         assert_eq!(navigator.push_fix(&fix), Status::Ok);
         assert_eq!(navigator.reason(), reason);
     }
-    // Impossible readings of every other sensor; possible ones cause no notice yet.
+    // Impossible readings of every other sensor. Possible readings cause no notice yet.
     let nav = navigator.nav;
     for value in [f64::NAN, f64::INFINITY, 1.0] {
         let reason = if value.is_finite() { UnusedReason::None } else { UnusedReason::NotFinite };

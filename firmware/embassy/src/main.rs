@@ -1,9 +1,9 @@
-//! The flight computer of `examples/05_microcontroller` on an STM32H743. A Crossbow unit is on USART2 and a u-blox
-//! receiver on USART3, both with ring buffers filled by DMA. Five servos are on TIM3 and TIM4, and a switch engages
-//! the autopilot. This repository only compiles it: pins, clocks and gains must be set for the vehicle.
+//! The flight computer of `examples/05_microcontroller` on an STM32H743. A Crossbow IMU is on USART2 and a u-blox
+//! receiver on USART3, both with ring buffers filled by DMA. Five servos are on TIM3 and TIM4, and a switch engages the
+//! autopilot. This repository only compiles it: pins, clocks and gains must be set for the vehicle.
 //!
-//! No bytes are lost while the filter computes, because DMA receives them: at 38 400 baud the unit's buffer holds 66
-//! ms.
+//! No bytes are lost while the filter computes, because DMA receives them: at 38 400 baud the buffer of the IMU's line
+//! holds 66 ms.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(not(target_os = "none"))]
@@ -53,8 +53,9 @@ mod board {
         DMA1_STREAM3 => dma::InterruptHandler<DMA1_CH3>;
     });
 
-    /// Period of the loop, s and µs.
+    /// Period of the loop, s.
     const CYCLE_S: f64 = 0.0303;
+    /// Period of the loop, µs.
     const CYCLE_US: u64 = 30_300;
 
     /// A servo on one of the timers.
@@ -184,7 +185,7 @@ mod board {
 
         let mut cycle = Ticker::every(Duration::from_micros(CYCLE_US));
         let (mut from_dmu, mut from_gps) = ([0; 64], [0; 128]);
-        // At once, because the unit waits for its start-up.
+        // The loop reads at once, because the IMU waits for its start-up commands.
         let mut read_until = now();
         let mut heard_gps = None;
         loop {
@@ -195,7 +196,7 @@ mod board {
                 select3(dmu_in.read(&mut from_dmu), gps_in.read(&mut from_gps), deadline).await;
             let reply = match woken {
                 Either3::First(read) => {
-                    // An overrun of the line counts as silence; the unit's link handles it.
+                    // An overrun of the line counts as silence; the link to the IMU handles it.
                     let read = read.unwrap_or(0);
                     let bytes = from_dmu.get(..read).unwrap_or_default();
                     let (reply, until) = computer.dmu(bytes, now());
@@ -220,7 +221,7 @@ mod board {
                         let reply = computer.gps(&[], now());
                         let _ = gps_out.write(reply.as_bytes()).await;
                     }
-                    // The pilot's sticks come from a receiver of choice.
+                    // The pilot's sticks come from any receiver; this example has none.
                     let Ok(_outputs) = computer.control(None, switch.is_high(), now());
                     continue;
                 }

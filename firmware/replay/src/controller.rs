@@ -13,7 +13,7 @@ use crate::Work;
 
 /// A controller that flies on the estimate, stepped once per sample.
 pub trait Controller<T> {
-    /// Kind of work of a step.
+    /// Kind of work that one step of this controller counts as.
     const WORK: Work;
 
     /// Receives a sensor event.

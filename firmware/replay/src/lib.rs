@@ -123,7 +123,7 @@ pub fn events(most: usize) -> impl Iterator<Item = Event> {
 pub enum Work {
     /// A sample only.
     Step,
-    /// A sample and the unit's own attitude.
+    /// A sample and the IMU's own attitude.
     StepAttitude,
     /// A sample and a fix.
     StepFix,
@@ -133,9 +133,9 @@ pub enum Work {
     Search,
     /// A sample and a fix before the heading is known.
     SearchFix,
-    /// The solution without steps for the controller, and a step of the autopilot.
+    /// The solution without jumps for the controller, and a step of the autopilot.
     Autopilot,
-    /// The solution without steps, and a step of all of flight control: the pilot's pulses, the checks, the choice
+    /// The solution without jumps, and a step of all of flight control: the pilot's pulses, the checks, the choice
     /// between pilot and autopilot, and the widths.
     Control,
 }
@@ -206,8 +206,8 @@ impl Outcome {
 }
 
 /// Flies at most `most` samples. `clock` returns a count that grows with the instructions, and `note` receives the
-/// count of each call. For a [`Computer`] only its own calls are noted, because those of the estimator equal those of
-/// the other variants.
+/// count of each call. For a [`Computer`], only the calls of flight control are noted. The estimator's calls are equal
+/// in all variants.
 pub fn fly<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>, C: Controller<T>>(
     estimator: &mut Estimator<L, N, T, H>,
     controller: &mut C,

@@ -50,7 +50,7 @@ fn finite(value: f32) -> Option<f64> {
     Some(f64::from(value)).filter(|value| value.is_finite())
 }
 
-/// A number whose largest value means unknown.
+/// A number; its largest value means unknown.
 fn known(value: u16) -> Option<f64> {
     (value != u16::MAX).then(|| f64::from(value))
 }

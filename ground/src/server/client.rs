@@ -50,7 +50,8 @@ pub async fn socket(
         let why = "too many clients are connected";
         (StatusCode::SERVICE_UNAVAILABLE, why).into_response()
     };
-    // A refused page repeats the request without an upgrade, because a browser does not pass it the reason otherwise.
+    // A browser does not report the reason of a refusal to the page. The page therefore repeats the request without an
+    // upgrade.
     let upgrade = match upgrade {
         Ok(upgrade) => upgrade,
         Err(_) if !server.clients.has_room(address.ip()) => return full(),
@@ -98,7 +99,7 @@ async fn converse(mut socket: WebSocket, server: Arc<Server>, mut seat: Seat) {
             }
             received = socket.recv() => {
                 let Some(Ok(message)) = received else { return };
-                // Every message costs, also pings, because it must be read.
+                // Every message counts, also a ping, because the server must read it.
                 if !allowance.spend() {
                     send(&mut socket, &json!({"error": "found too many requests; this connection is closed"})).await;
                     return;
@@ -109,7 +110,7 @@ async fn converse(mut socket: WebSocket, server: Arc<Server>, mut seat: Seat) {
                     _ => continue,
                 };
                 let answer = match Request::parse(text) {
-                    // The request may read and write files; the other threads continue meanwhile.
+                    // The request may read and write files; the other threads continue during this time.
                     Ok(request) => tokio::task::block_in_place(|| session.handle(request)),
                     Err(why) => Err(why),
                 };

@@ -117,7 +117,7 @@ async fn write(
                     station.note(at_s, TextLevel::Warning, &note);
                 }
                 if send(Some(format!("# {broken_off}\n"))).await {
-                    // An immediate error would discard the data that are still in transit.
+                    // If this returned an error at once, the data still in transit would be lost.
                     let _ = timeout(STUCK, pieces.closed()).await;
                 }
                 return;

@@ -71,7 +71,7 @@ impl Listener for Limited {
 pub struct Connection {
     stream: TcpStream,
     silence: Pin<Box<Sleep>>,
-    /// Since the client's buffer is full.
+    /// Timeout that runs since the client's buffer has been full.
     stuck: Option<Pin<Box<Sleep>>>,
     seat: Seat,
 }

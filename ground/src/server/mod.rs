@@ -43,7 +43,7 @@ use shared::Shared;
 pub const CLIENTS: usize = 32;
 /// Interval at which the server checks whether to stop.
 const LOOK: Duration = Duration::from_millis(50);
-/// Largest number of connections. Each client has one, and uses others for pages and files.
+/// Largest number of connections. Each client has one connection, and uses further connections for pages and files.
 const CONNECTIONS: usize = 128;
 /// Largest number of simultaneous exports.
 const EXPORTS: usize = 4;
@@ -104,7 +104,7 @@ impl Bound {
         Ok(Self { listener, server: Arc::new(server), address })
     }
 
-    /// The address it listens on.
+    /// The address on which the server listens.
     #[must_use]
     pub const fn address(&self) -> SocketAddr {
         self.address

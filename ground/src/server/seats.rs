@@ -8,15 +8,16 @@ use std::task::{Context, Poll};
 
 use tokio::sync::oneshot;
 
-/// Slots for connections. While all are taken, an address with fewer of them takes one from the address with the most:
-/// no number of connections from other addresses shuts out an operator.
+/// Slots for connections. While all slots are taken, an address with fewer slots takes one from the address with the
+/// most. Connections from other addresses therefore cannot shut out an operator.
 #[derive(Clone)]
 pub struct Seats {
     room: usize,
     taken: Arc<Mutex<Taken>>,
 }
 
-/// The taken slots of each address, oldest first: a number, and what ends the connection when it is dropped.
+/// The taken slots of each address, oldest first. Each has a number, and a sender that ends the connection when it is
+/// dropped.
 #[derive(Default)]
 struct Taken {
     next: u64,
@@ -28,7 +29,8 @@ impl Taken {
         self.of.values().map(Vec::len).sum()
     }
 
-    /// The address with the most slots; `None` unless it has more slots than `address` would have after one more.
+    /// The address with the most slots. `None` unless that address has more slots than `address` would have with one
+    /// more.
     fn greediest(&self, address: IpAddr) -> Option<IpAddr> {
         let own = self.of.get(&address).map_or(0, Vec::len);
         let (greediest, held) = self.of.iter().max_by_key(|(_, held)| held.len())?;
@@ -45,7 +47,7 @@ impl Taken {
     }
 }
 
-/// The part of an address that one host cannot choose by itself: a host has a whole /64 network of IPv6 addresses.
+/// The network of an address that a host cannot choose by itself: a host has a whole /64 network of IPv6 addresses.
 fn host(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V6(v6) => IpAddr::V6(Ipv6Addr::from_bits(v6.to_bits() & !u128::from(u64::MAX))),
@@ -127,7 +129,7 @@ mod tests {
         let mut own = [seats.take(operator).unwrap(), seats.take(operator).unwrap()];
         let lost: Vec<bool> = held.iter_mut().map(is_lost).collect();
         assert_eq!(lost, [false, false, false, false, true, true]);
-        // All have two now, and keep them.
+        // All addresses have two slots now, and keep them.
         assert!([a, b, operator].iter().all(|address| !seats.has_room(*address)));
         assert!([a, b, operator].iter().all(|address| seats.take(*address).is_none()));
         assert!(!own.iter_mut().any(is_lost));

@@ -176,7 +176,7 @@ impl Session {
             let new: serde_json::Map<String, Value> = self
                 .watched
                 .iter()
-                // Points before the client's first view are sent with a view.
+                // Points before the client's first view are sent together with the view.
                 .filter(|_| sent_s.is_finite() && !turned)
                 .filter_map(|&id| {
                     let new: Vec<Point> =

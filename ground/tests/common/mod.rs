@@ -164,8 +164,8 @@ pub fn serve(token: Option<&str>) -> Served {
 }
 
 impl Served {
-    /// Receives bytes at `at_s` and stops the station's clock there: values stay present while a busy machine looks at
-    /// them.
+    /// Receives bytes at `at_s` and stops the station's clock at this time, so that values stay present on a busy
+    /// machine.
     pub fn receive(&self, bytes: &[u8], at_s: f64) {
         let mut station = lock(&self.station);
         station.clock = Clock::Stopped(at_s);
@@ -182,7 +182,7 @@ impl Drop for Served {
     }
 }
 
-/// Messages of the server in which an answer is expected.
+/// Number of messages of the server within which an answer is expected.
 const MOST_MESSAGES: usize = 1000;
 
 /// A client of the server.
@@ -203,7 +203,8 @@ impl Client {
         self.0.send(Message::text(request)).unwrap();
     }
 
-    /// The next message with `key`. The limit is a number of messages, which a busy machine sends later.
+    /// The next message with `key`. The limit is a number of messages and not a time, because a busy machine sends
+    /// later.
     pub fn observe(&mut self, key: &str) -> Value {
         for _ in 0..MOST_MESSAGES {
             let Message::Text(text) = self.0.read().unwrap() else { continue };
@@ -228,11 +229,11 @@ pub fn until(what: &str, mut is_so: impl FnMut() -> bool) {
 /// Sends raw bytes and returns the answer of the server.
 pub fn raw(served: &Served, request: &str) -> String {
     let mut stream = TcpStream::connect(served.address).unwrap();
-    // The server closes the connection within a request that is too long, before or after its last byte.
+    // If a request is too long, the server closes the connection within it, before or after its last byte.
     let _ = stream.write_all(request.as_bytes());
     let stays_open = !request.contains("Connection: close");
     let (mut answer, mut buffer) = (String::new(), [0; 4096]);
-    // A connection that stays open has answered with the end of its headers.
+    // If the connection stays open, the answer ends with its headers.
     while let Ok(count @ 1..) = stream.read(&mut buffer) {
         answer.push_str(&String::from_utf8_lossy(&buffer[..count]));
         if stays_open && answer.contains("\r\n\r\n") {

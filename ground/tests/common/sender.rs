@@ -24,7 +24,7 @@ impl Sender {
         self.bytes.clone()
     }
 
-    /// A message of no known dialect, with its own layout.
+    /// A message that no known dialect contains, with its own layout.
     pub fn foreign(&mut self, id: u32, payload: &[u8], layout: u8) -> Vec<u8> {
         let [low, middle, high, _] = id.to_le_bytes();
         let MavHeader { sequence, system_id, component_id } = self.header;

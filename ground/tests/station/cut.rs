@@ -45,7 +45,8 @@ fn a_link_cut_at_any_moment_leaves_no_value_and_no_lamp_that_looks_alive() {
             station.tick(now_s);
             let age_s = now_s - last_s;
             let value = |id| station.latest(id, now_s);
-            // Two periods of the link, and 0.2 s for its delays. A cut before may have left a longer average.
+            // The limit is two periods of the link, and 0.2 s for its delays. An earlier cut may have left a longer
+            // average period.
             if age_s > 0.5 {
                 let known: Vec<_> = Id::all().filter(|id| !value(*id).is_nan()).collect();
                 assert!(known.is_empty(), "{age_s} s after cut {cut}: {known:?}");
@@ -150,7 +151,7 @@ fn a_client_of_a_cut_link_gets_words_instead_of_values() {
     let mut client = Client::connect(&served, "").unwrap();
     let tick = client.observe("tick");
     assert!(tick["now"].as_array().unwrap().iter().all(serde_json::Value::is_null), "{tick}");
-    // The time of the page goes on without data.
+    // The time of the page advances without data.
     assert!(tick["t"].as_f64().unwrap() > tick["newest"].as_f64().unwrap() + 40.0, "{tick}");
     let state = client.observe("state");
     let silence = state["what"]["silence"].as_str().unwrap();

@@ -1,4 +1,5 @@
-//! A million hostile frames and ten thousand hostile requests: no value of theirs is shown, no frame of the vehicle is lost.
+//! A million hostile frames and ten thousand hostile requests: no value of a hostile frame is shown, and no frame of
+//! the vehicle is lost.
 
 use std::io::{Read as _, Write as _};
 use std::net::{Shutdown, SocketAddr, TcpStream};
@@ -115,7 +116,7 @@ fn a_million_hostile_frames_show_nothing_and_cost_no_frame_of_the_vehicle() {
     println!("{} of {sent} frames, {} damaged, {} lost", link.frames, link.damaged, link.lost);
     // One in 256 damaged frames looks like an unknown message of the vehicle, so the counts are a little too high.
     assert!(link.frames >= sent && link.frames - sent < sent / 200 && link.lost < sent / 1000);
-    // No value is missing: the store is full, without a gap.
+    // No value is missing: the store is full and has no gap.
     let kept: Vec<_> = station.store.series(Id::Roll).between(0.0, f64::INFINITY).collect();
     assert!(kept.len() == 40_000 && kept.iter().all(|(_, roll)| !roll.is_nan()), "{}", kept.len());
     let rolls = station.store.series(Id::Roll).between(0.0, f64::INFINITY);
@@ -148,12 +149,12 @@ fn hostile_packed_frames_show_nothing_and_cost_no_frame_of_the_vehicle() {
                 _ => {
                     let mut bytes = own.clone();
                     random.damage(&mut bytes);
-                    // Damage of the second frame alone leaves the first one whole.
+                    // Only the second frame is damaged; the first one stays complete.
                     bytes.drain(..random.below(100) + 1);
                     bytes
                 }
             };
-            // Frames end at a zero: a part of one must not take the vehicle's next one with it.
+            // Frames end at a zero. Without it, a partial frame would spoil the next frame of the vehicle.
             bytes.push(0);
             station.receive(&bytes, time_s);
             hostile += 1;
@@ -166,11 +167,11 @@ fn hostile_packed_frames_show_nothing_and_cost_no_frame_of_the_vehicle() {
     assert!(satellites.into_iter().all(|(_, count)| count.is_nan() || count == 9.0));
 }
 
-/// The answer to a request that may have no end: after it the client sends no more.
+/// The answer to a request that may be incomplete: the client sends nothing more after it.
 fn damaged(host: SocketAddr, request: &[u8]) -> String {
     let mut stream = TcpStream::connect(host).unwrap();
     let mut answer = Vec::new();
-    // The server may close the connection at any of these.
+    // Each of these calls may fail because the server has closed the connection.
     let _ = stream.write_all(request);
     let _ = stream.shutdown(Shutdown::Write);
     let _ = stream.read_to_end(&mut answer);
@@ -253,7 +254,7 @@ fn ten_thousand_hostile_requests_change_nothing() {
         let mut client = Client::connect(&served, "").unwrap();
         for _ in 0..100 {
             let verb = verbs[random.below(verbs.len())];
-            // A record of a valid name would be written: that is what the operator's page may do.
+            // A record with a valid name would be written, because the operator's page may do that.
             let verb = if matches!(verb, "flow" | "mark") { "x" } else { verb };
             let mut text = format!("{{\"do\":\"{verb}\"");
             for _ in 0..random.below(4) {

@@ -81,7 +81,7 @@ fn ten_percent_of_damaged_bytes_show_no_wrong_value() {
         for id in [Id::Roll, Id::Pitch, Id::VelN, Id::Temperature, Id::Satellites] {
             for (time_s, value) in station.store.series(id).between(0.0, f64::INFINITY) {
                 let expected = true_at(id, time_s - 1e9);
-                // Only some MAVLink messages have a time; the others get the time of the last message before.
+                // Only some MAVLink messages have a time; all others get the time of the last message before.
                 let room = if protocol == Protocol::Mavlink { 12.0 } else { 0.2 };
                 assert!(
                     value.is_nan() || (value - expected).abs() < room,
@@ -112,7 +112,7 @@ fn a_link_that_is_cut_and_comes_back_leaves_a_gap_and_a_note() {
     assert_eq!(texts, ["link: frames arrive", "link: no frame for 2 s", "link: frames arrive"]);
 }
 
-/// Not a test: the test below runs it in a process and kills that process.
+/// Not a test by itself: the test below runs it in a process and kills that process.
 #[test]
 #[ignore = "run by the test that ends it"]
 fn records_until_killed() {
@@ -199,7 +199,7 @@ fn a_record_cut_at_any_byte_opens_or_says_what_it_is() {
     damaged(&mut broken, &mut seed);
     std::fs::write(&cut, &broken).unwrap();
     let _ = record::read(&cut);
-    // With less damage the reader gets further: lengths, kinds, names.
+    // With less damage the reader advances further: to lengths, kinds, names.
     for start in 0..400 {
         let mut broken = whole.clone();
         let mut place = start * 17;

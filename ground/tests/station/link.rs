@@ -14,7 +14,7 @@ use hovernav_ground::link::{Link, SharedStation, Source, lock};
 use hovernav_ground::station::{Clock, now_s};
 use serialport::{SerialPort as _, TTYPort};
 
-/// A terminal at `path`: our end, and the other end, which keeps it open.
+/// A terminal at `path`. Returns the test's end, and the station's end, which keeps the terminal open.
 fn terminal(path: &Path) -> (TTYPort, TTYPort) {
     let (mut ours, theirs) = TTYPort::pair().unwrap();
     ours.set_timeout(Duration::from_millis(5)).unwrap();
@@ -23,8 +23,8 @@ fn terminal(path: &Path) -> (TTYPort, TTYPort) {
     (ours, theirs)
 }
 
-/// The vehicle's side of a modem. It sends the cycles from `number` on while requested, and stores the received
-/// commands.
+/// The vehicle's side of a modem. It sends the cycles from `number` on while frames are requested, and stores the
+/// received commands.
 struct Modem {
     port: TTYPort,
     _other: TTYPort,

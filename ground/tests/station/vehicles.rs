@@ -61,7 +61,7 @@ fn a_real_submarine_is_received_next_to_its_ground_station() {
     for (time_s, frame) in &frames {
         station.receive(frame, *time_s);
     }
-    // The values in its last messages, decoded by other means.
+    // The values in the last messages of the log, decoded by another program.
     let expected = [
         (Id::Roll, -1.550_444_5f64.to_degrees(), 0.01),
         (Id::Pitch, 0.018_209_86f64.to_degrees(), 0.01),
@@ -123,7 +123,7 @@ fn its_stream_is_received_by_udp_in_real_time() {
         told += u64::from(frame[5] == 1);
     }
     until("all frames arrive", || lock(&station).link(now_s()).frames == told);
-    // The machine's own delay of the last frame.
+    // Delay of the last frame that is caused by the machine itself.
     let late_s = now_s() - due_s;
     drop(link);
     let station = lock(&station);
@@ -133,7 +133,7 @@ fn its_stream_is_received_by_udp_in_real_time() {
     let rolls = station.store.series(Id::Roll).between(0.0, f64::INFINITY);
     let rolls: Vec<f64> = rolls.map(|(_, roll)| roll).filter(|roll| !roll.is_nan()).collect();
     assert!(rolls.len() > 7 && rolls.iter().all(|roll| (roll + 88.1).abs() < 0.1), "{rolls:?}");
-    // No command was sent to it: MAVLink has no `#`.
+    // No command was sent to the vehicle: MAVLink has no `#`.
     assert!(vehicle.recv(&mut [0; 16]).is_err());
 }
 
@@ -246,7 +246,7 @@ fn a_message_that_is_not_sent_any_more_has_no_value_any_more() {
         station.receive(&bytes, at_s);
     }
     assert!(newest(&station, Id::Roll).is_nan());
-    // Messages without a time of their own continue.
+    // Messages without a time stamp are still used.
     assert_abs_diff_eq!(newest(&station, Id::Output1), 1.199, epsilon = 1e-9);
 }
 

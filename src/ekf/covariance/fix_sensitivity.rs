@@ -1,4 +1,4 @@
-//! The sensitivities of a fix's six axes, in a form that stores their common terms once, because every fix has them.
+//! Sensitivities of a fix's six axes. Terms that several axes have in common are stored once.
 #![expect(
     clippy::indexing_slicing,
     reason = "axes count from 0 to 2, in arrays of three; measurements from 0 to 5, in arrays of six"
@@ -12,7 +12,7 @@ use super::{Covariance, Sensitivity};
 /// Sensitivity of three axes of a fix, north, east and down, to states other than their own error.
 #[derive(Clone, Copy, Debug)]
 pub struct AxesSensitivity<T> {
-    /// w, for axes that observe w × ψ of the attitude error.
+    /// Vector w: the axes observe w × ψ, with the attitude error ψ.
     pub turning: [T; 3],
     /// Sensitivity to the gyro biases, one row per axis.
     pub gyro_bias: [[T; 3]; 3],

@@ -23,7 +23,7 @@ pub enum Sensitivities<'a, T> {
 }
 
 impl<T: Scalar> Sensitivities<'_, T> {
-    /// Number of slots up to the last existing measurement.
+    /// Number of slots up to the last measurement that exists.
     #[inline(always)]
     fn end(&self) -> usize {
         match self {
@@ -51,7 +51,7 @@ impl<T: Scalar> Sensitivities<'_, T> {
 #[derive(Clone, Debug)]
 pub struct Joint<'a, L, T, const N: usize> {
     sensitivities: Sensitivities<'a, T>,
-    /// Number of slots up to the last existing measurement.
+    /// Number of slots up to the last measurement that exists.
     end: usize,
     /// P Hᵀ of each measurement, before the first is fused.
     projected: [[T; N]; MOST],
@@ -131,8 +131,8 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         self.innovations.get(index).copied().unwrap_or(T::ZERO)
     }
 
-    /// Largest squared normalised innovation of the measurements `members`, each computed after the update by its
-    /// predecessors. Measurements that contradict each other then exceed a gate that each of them passes alone.
+    /// Largest squared normalised innovation of the measurements `members`, each computed after the update with the
+    /// earlier ones. Measurements that contradict each other then exceed a gate that each of them passes alone.
     #[must_use]
     #[inline(never)]
     pub fn largest_in_turn(&self, members: core::ops::Range<usize>, noise: &[T; MOST]) -> T {
@@ -165,8 +165,9 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     /// [`sigma`](Self::sigma): this saves a second root.
     ///
     /// With v = P Hᵀ and the innovation variance S, the settled covariance is P − v vᵀ / S: one symmetric term. Its
-    /// rounding error grows with S over the noise. A measurement above that limit is fused at once in Bierman's
-    /// stabilised form. The earlier ones are then settled first, and reported as [`settle`](Self::settle) does.
+    /// rounding error grows with S over the noise. If H P Hᵀ exceeds `MOST_INFORMATION` times the noise, the
+    /// measurement is fused at once in Bierman's stabilised form. The earlier ones are then settled first, and reported
+    /// as [`settle`](Self::settle) does.
     ///
     /// # Source
     /// Equations (K6) and (K16) of docs/equations.md.
@@ -231,8 +232,9 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         on_fused(index, &gain, innovation);
     }
 
-    /// Applies the measurements fused since the last call to covariance and correction. Calls `on_fused` with the index,
-    /// gain and innovation of each, in their order. Later measurements must be [`project`](Self::project)ed again.
+    /// Applies the measurements fused since the last call to covariance and correction. Calls `on_fused` with the
+    /// index, gain and innovation of each, in their order. Later measurements must be [`project`](Self::project)ed
+    /// again.
     // Not inlined, so that the stack frames of this function and of the others do not add up.
     #[inline(never)]
     pub fn settle(

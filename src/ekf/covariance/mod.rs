@@ -48,7 +48,7 @@ fn add_scaled<T: Scalar, const N: usize>(row: &mut [T; N], factor: T, other: &[T
 }
 
 impl<T: Scalar, const N: usize> Covariance<T, N> {
-    /// All zero.
+    /// Covariance with zero in every entry.
     #[must_use]
     pub const fn zero() -> Self {
         Self { rows: [[T::ZERO; N]; N], mirrored: true }
@@ -119,13 +119,14 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// Raises the one-sigma of a state to at least `sigma`, keeping the correlations.
+    /// Raises the one-sigma of a state to at least `sigma`, and keeps the covariances with other states.
     pub(super) fn open_to(&mut self, state: usize, sigma: f64) {
         let missing = sigma * sigma - self.variance(state);
         self.add_variance(state, missing.max(0.0));
     }
 
-    /// Adds to a variance and keeps the covariances: reopens a state without losing its relation to the others.
+    /// Adds to a variance and keeps the covariances: the state becomes uncertain without losing its relation to the
+    /// others.
     pub fn add_variance(&mut self, state: usize, variance: f64) {
         if let Some(value) = self.rows.get_mut(state).and_then(|row| row.get_mut(state)) {
             *value += T::of(variance);

@@ -99,7 +99,7 @@ impl<T: Scalar, const N: usize> Transition<T, N> {
     }
 }
 
-/// The column before the parameters: vector operations handle pairs that start at even columns.
+/// Even column before the first parameter: vector operations handle pairs that start at even columns.
 const EVEN: usize = GYRO_BIAS - 1;
 
 impl<T: Scalar, const N: usize> Covariance<T, N> {
@@ -146,7 +146,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
             for (value, &other) in right.iter_mut().zip(parameters) {
                 *value = *value * (own * other);
             }
-            // In this loop, not in one of its own, so that wide vectors run along the rows without gathers.
+            // The variance is stored in this loop, not in a separate one, so that wide vectors run along the rows
+            // without gathers.
             row[state] = variance;
         }
     }

@@ -66,8 +66,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::of_update(time, Aid::Magnetometer, result));
     }
 
-    /// Checks whether the magnetic field is usual for a heading, or for the inertial unit's own attitude. Returns
-    /// whether the field can give a heading.
+    /// Checks whether the magnetic field is usual, before it gives a heading or while the inertial unit's own attitude
+    /// depends on it. Returns whether the field can give a heading.
     #[inline(never)]
     pub(super) fn watch_field(
         &mut self,
@@ -152,7 +152,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     /// After a measured heading: an accepted one ends a search that a gap had started. The heading monitor restarts if
-    /// the attitude was reopened for one.
+    /// the filter was reset to the heading.
     fn note_heading(&mut self, report: &Report) {
         if self.phase == Phase::Searching && report.any_accepted() {
             self.filter.attitude_lost = None;

@@ -1,5 +1,5 @@
-//! The heading search: for a heading that is unknown at the start, or hidden by a gap in the samples and measurable
-//! only in motion.
+//! The heading search. It finds a heading that is unknown at the start, or was lost in a gap of the samples, if only
+//! motion can show it.
 //!
 //! A filter linearised about a heading that is wrong by the turn of a few seconds becomes certain of a wrong heading.
 //! After such a gap the heading is searched again, about the last known one.
@@ -85,7 +85,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let Some(motion) = self.search.motion() else { return };
         if motion.is_found {
             let time = self.filter.state.time;
-            // A heading from motion alone is unconfirmed; readings of two antennas go on to correct theirs.
+            // A heading from motion alone is unconfirmed. A heading from two antennas is corrected by their next
+            // readings.
             self.filter.gates.start_unconfirmed_heading(time);
             self.accept_heading(&motion, (time, FOUND_SIGMA_RAD), trace, notify);
         } else {
@@ -112,7 +113,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 }
 
-/// `start` with the one-sigma of its heading about `axis`; the attitude is unknown about this axis.
+/// `start` with the one-sigma of its heading applied about `axis`. The attitude is unknown about this axis.
 pub(super) fn open_about(start: Start, axis: Vector<Ned>) -> Start {
     let [.., open_rad] = start.attitude_sigma_rad.to_array();
     HeadingSearch::turned_start(start, axis, 0.0, open_rad)

@@ -33,11 +33,12 @@ pub(super) enum Level {
 const LOST_RAD: f64 = 0.26;
 /// Largest one-sigma, rad, of an alignment that counts as evidence against the filter.
 const SURE_RAD: f64 = 0.2;
-/// Least difference from the filter, in one-sigmas, that counts as evidence against the filter.
+/// Minimum difference from the filter, in one-sigmas, that counts as evidence against the filter.
 const SIGMAS: f64 = 3.0;
 /// Largest time difference, s, between a fix and the last sample for the two to describe the same motion.
 const FRESH_S: f64 = 0.5;
-/// Cosine (25°) of the largest angle from straight down at which a heading determines the rotation about an axis.
+/// Cosine of the largest angle (25°) between an axis and straight down at which a heading determines the rotation about
+/// this axis.
 const STEEP: f64 = 0.9;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {

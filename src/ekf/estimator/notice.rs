@@ -42,8 +42,8 @@ pub enum Notice {
         /// One-sigma of the heading from now on, rad.
         sigma_rad: f64,
     },
-    /// The heading differs from the heading by GPS by more than its one-sigma allows. Its one-sigma, and that of its
-    /// sensor, is enlarged.
+    /// The filter's heading differs from the heading by GPS by more than its one-sigma allows. The one-sigmas of the
+    /// filter's heading and of the heading sensor are enlarged.
     HeadingDoubted {
         /// Time of the event.
         time: Time,
@@ -57,7 +57,7 @@ pub enum Notice {
     FieldDisturbed {
         /// Time of the event.
         time: Time,
-        /// Change, as a share of the field's strength.
+        /// Change, as a fraction of the field's strength.
         share: f64,
         /// One-sigma of the resulting heading error, rad.
         sigma_rad: f64,
@@ -83,8 +83,9 @@ pub enum Notice {
         /// One-sigma of each component, m.
         sigma_m: f64,
     },
-    /// The vehicle rolls on wheels, as declared or as the fixes show. While fixes are absent, the filter holds its velocity across
-    /// and perpendicular to the road at zero. Only for layouts with [`WHEELS`](crate::ekf::layout::Layout::WHEELS).
+    /// The vehicle rolls on wheels, as declared or as the fixes show. While fixes are absent, the filter holds its
+    /// velocity across and perpendicular to the road at zero. Only for layouts with
+    /// [`WHEELS`](crate::ekf::layout::Layout::WHEELS).
     OnWheels {
         /// Time of the event.
         time: Time,
@@ -101,7 +102,7 @@ pub enum Notice {
         /// Time of the event.
         time: Time,
     },
-    /// A measurement was compared: accepted, rejected or reopened, axis by axis.
+    /// A measurement was compared: accepted, rejected, or used for a reset of the filter, axis by axis.
     Updated(Report),
     /// A measurement could not be compared at all. Aids that the configuration switches off are not reported.
     NotUsed {
@@ -132,7 +133,7 @@ pub enum Notice {
     SampleSuspect {
         /// The sample's time.
         time: Time,
-        /// Evidence against the sample.
+        /// Suspected faults of the sample.
         suspicion: Suspicion,
     },
     /// An inertial sample was rejected.

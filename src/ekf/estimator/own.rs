@@ -9,8 +9,8 @@ use super::{Estimator, Phase};
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// Fuses a reading of a user's own sensor, valid at `time`, at once: see [`Ekf::update`](super::Ekf::update). Call it
-    /// when the reading arrives, between the events; nothing is stored for later samples.
+    /// Fuses a reading of a user's own sensor, valid at `time`, at once: see [`Ekf::update`](super::Ekf::update). Call
+    /// it when the reading arrives, between the events; nothing is stored for later samples.
     ///
     /// # Errors
     /// [`Unusable::NotAligned`] before the first solution, [`Unusable::HeadingUnknown`] during a heading search, and

@@ -11,8 +11,8 @@ use crate::event::Event;
 use crate::ins::{ALIGNABLE_S, Alignment, HeadingSource, Start};
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
-    /// Reports the events that the alignment ignores and why: impossible readings, and fixes of another time. A reading
-    /// before the first samples is no fault.
+    /// Reports the events that the alignment ignores and why: impossible readings, and fixes with a time far from that
+    /// of the samples. A reading before the first samples is no fault.
     #[inline(never)]
     pub(super) fn report_ignored(&self, event: &Event, notify: &mut dyn FnMut(Notice)) {
         let time = event.time();
@@ -76,8 +76,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::Aligned(*alignment));
     }
 
-    /// Starts the filter at a given state, without an alignment or a search of its own. It serves a second run over a
-    /// log with results of the first.
+    /// Starts the filter at a given state, without alignment and without heading search. For a second run over a log
+    /// that uses results of the first run.
     pub fn begin_at(&mut self, start: &Start) {
         self.filter.restart(start);
         self.wheels.forget();

@@ -68,8 +68,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         &self.covariance
     }
 
-    /// Factor by which the variance of the inertial unit's noise exceeds the assumed one, learned from innovations of
-    /// one sign: 1 to 10. Much of it may come from a wrong axis or sign.
+    /// Ratio of the variance of the inertial unit's noise to the assumed variance, 1 to 10. It is learned from
+    /// successive innovations of the same sign. A large ratio may also come from a wrong axis or sign.
     #[must_use]
     pub fn noise_excess(&self) -> f64 {
         self.excess.factor()
@@ -99,7 +99,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.state.is_valid() && self.covariance.is_valid()
     }
 
-    /// Gravity at the present position, m/s², for callers that level by it.
+    /// Gravity at the present position, m/s², for callers that derive roll and pitch from it.
     #[must_use]
     pub fn gravity_mps2(&self) -> f64 {
         Local::<T>::about(&self.state.position).gravity_mps2.wide()

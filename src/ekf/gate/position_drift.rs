@@ -9,8 +9,9 @@ pub(super) struct PositionDrift {
     is_drifting: bool,
 }
 
-/// Shortest and longest time constant of that shift, s.
+/// Shortest time constant of the shift's decay, s.
 const LEAST_MEMORY_S: f32 = 20.0;
+/// Longest time constant of the shift's decay, s.
 const MOST_MEMORY_S: f32 = super::AMBIGUITY_MOST_S;
 
 impl PositionDrift {
@@ -23,7 +24,8 @@ impl PositionDrift {
         }
     }
 
-    /// Lets the shift decay over `elapsed_s`: with a time constant of 20 s, or of `taken_s` while positions drift.
+    /// Lets the shift decay over `elapsed_s`. The time constant is 20 s; while positions drift it is `taken_s`, the
+    /// time for which positions were fused.
     pub fn forget(&mut self, elapsed_s: f32, taken_s: f32) {
         let memory_s = if self.is_drifting { taken_s } else { LEAST_MEMORY_S };
         let left = 1.0 - elapsed_s / memory_s.clamp(LEAST_MEMORY_S, MOST_MEMORY_S);
@@ -31,7 +33,7 @@ impl PositionDrift {
     }
 
     /// Decides whether positions drift. A drift starts when the shift exceeds `least_m`, m, and ends when the shift is
-    /// below half of that.
+    /// below half of `least_m`.
     pub fn judge(&mut self, least_m: f32) {
         let [north, east] = self.moved_m;
         self.is_drifting =

@@ -1,4 +1,5 @@
-//! Evaluation of a rejection: which side is at fault, the time until a reopening, and the reopened states.
+//! Evaluation of a rejection. It decides whether sensor or filter is at fault, the time until a reset to the
+//! measurement, and the states to reset.
 
 use super::super::config::GateConfig;
 use super::{
@@ -6,9 +7,9 @@ use super::{
 };
 use crate::time::Time;
 
-/// Fewest rejections before a reopening, at any spacing in time.
+/// Minimum number of rejections before a reset to the measurement, at any spacing in time.
 const LEAST_REJECTIONS: u8 = 3;
-/// Time, s, for which the filter is suspect after its velocity was reopened.
+/// Time, s, for which the filter is suspect after a reset of its velocity.
 const DIVERGED_S: f64 = super::SUSPECT_TIME_S;
 /// Largest spread of a filter that had not diverged before the first rejection.
 const DIVERGING: f32 = 4.0;
@@ -24,9 +25,10 @@ struct Evidence {
     /// The rejected height has a constant offset, and the receiver's vertical velocity is accepted. The barometer's
     /// level, set from this receiver, may then be wrong.
     baro_level_is_ambiguous: bool,
-    /// A velocity was reopened recently.
+    /// The filter was recently reset to a measured velocity.
     velocity_was_reset: bool,
-    /// Inertial samples were missing or clipped, or the heading is unconfirmed, or a velocity was reopened.
+    /// Inertial samples were missing or clipped, the heading is unconfirmed, or the filter was reset to a measured
+    /// velocity.
     suspect: bool,
     /// Positions only: the receiver's velocity agrees with the filter's velocity.
     velocity_agrees: bool,
@@ -42,7 +44,7 @@ struct Evidence {
 
 impl Gates {
     /// Notes a rejection. `off` is the size of the innovation, and for a [height](Group::is_height) its one-sigma.
-    /// Returns the states to reopen, if any.
+    /// Returns the states to reset to the measurement, if any.
     pub fn note_rejection(
         &mut self,
         group: Group,
@@ -130,7 +132,8 @@ impl Gates {
         }
     }
 
-    /// Whether the innovation of a horizontal position has grown since the first rejection, which it notes.
+    /// Whether the innovation of a horizontal position has grown since the first rejection. At the first rejection, it
+    /// stores the innovation.
     fn grows(&mut self, group: Group, off_m: f64) -> bool {
         if group != Group::HorizontalPosition {
             return false;
@@ -185,7 +188,7 @@ impl Gate {
         }
         if self.rejections == 0 {
             let was_open_lately = self.was_open_lately(time);
-            // No trouble of the filter makes a position jump while the velocity agrees.
+            // No divergence of the filter makes a position jump while the velocity agrees.
             let reach_m = JUMP_M + JUMP_MPS * (time - self.accepted);
             let jumped = group == Group::HorizontalPosition
                 && evidence.velocity_agrees
@@ -201,8 +204,8 @@ impl Gate {
             evidence.velocity_was_reset || (evidence.suspect && !evidence.velocity_agrees);
     }
 
-    /// Time, s, for which the filter rejects a measurement, where the filter's own value was reported for
-    /// `reported_s`.
+    /// Time, s, for which the filter rejects a measurement before it is reset to it. `reported_s` is the time, s, for
+    /// which the receiver reported the filter's present value.
     fn rejection_time_s(
         &self,
         group: Group,
@@ -228,8 +231,8 @@ impl Gate {
         }
     }
 
-    /// Reopens at a measurement with innovation `off`. A position may have no other evidence than its repetition. Then
-    /// the previous position stays a second hypothesis for as long as it was reported.
+    /// Renews the gate for a reset to a measurement with innovation `off`. A position may have no other evidence than
+    /// its repetition. Then the previous position stays a second hypothesis for as long as it was reported.
     fn reopen(&mut self, group: Group, time: Time, off: f64, reported_s: f32, evidence: &Evidence) {
         let off_m = off.abs() as f32;
         let is_place = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);

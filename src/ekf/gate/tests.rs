@@ -4,7 +4,7 @@ use super::super::config::GateConfig;
 use super::*;
 
 /// Time, s, until a height with offset `off_m` is accepted after `right_s` of correct heights. A barometer and the
-/// receiver's own vertical velocity agree with the filter meanwhile.
+/// receiver's own vertical velocity agree with the filter throughout.
 fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
     let (mut gates, config) = (Gates::NONE, GateConfig::default());
     (0..5 * (right_s + 300)).find_map(|step| {
@@ -117,7 +117,7 @@ fn a_place_that_walks_away_from_its_own_velocity_is_in_dispute_with_where_the_wa
     assert_eq!(drifted(8, 1.0).ambiguity_m()[0], 0.0);
     let ambiguity_m = drifted(40, 1.0).ambiguity_m()[0];
     assert!((20.0..40.0).contains(&ambiguity_m), "{ambiguity_m} m of 40");
-    // Trouble with the samples, or a velocity that is not fused, explains the shift otherwise.
+    // Faulty samples, or a velocity that is not fused, explain the shift otherwise.
     let mut gates = drifted(8, 1.0);
     gates.suspect_filter(Time::ZERO + 68.0);
     assert_eq!(gates.observe_position_shift(Time::ZERO + 68.0, [20.0, 0.0], 8.0), 0.0);

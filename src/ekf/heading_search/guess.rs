@@ -1,22 +1,23 @@
-//! One guess at the attitude: a Kalman filter of nine states from fix to fix.
+//! One hypothesis of the attitude: a Kalman filter of nine states from fix to fix.
 
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::{GRAVITY_MPS2, GUESS_SIGMA_RAD, at};
 use crate::frames::{Body, Ned, Rotation, Vector};
 
-/// States, true minus estimated. Velocity, NED, m/s; attitude, the rotation in NED from the guess to the truth, rad;
-/// and gyro bias, body, rad/s.
+/// States, true minus estimated. Velocity, NED, m/s; attitude, the rotation in NED from the hypothesis to the truth,
+/// rad; and gyro bias, body, rad/s.
 pub const STATES: usize = 9;
+/// Index of the first attitude error.
 const ATTITUDE: usize = 3;
 
 /// One value for each state.
 type Row = [f32; STATES];
 
-/// Covariance of the states of a guess.
+/// Covariance of the states of a hypothesis.
 pub type Block = [Row; STATES];
 
-/// Share of a velocity change that counts as error: fixes and samples differ in time.
+/// Fraction of a velocity change that counts as error: fixes and samples differ in time.
 const TIMING: f32 = 0.1;
 
 /// Motion between two fixes, in the body axes at the start of the bank.
@@ -26,7 +27,7 @@ pub(super) struct MeasuredMotion {
     pub velocity_mps: [f32; 3],
     /// Duration, s.
     pub duration_s: f32,
-    /// Integral of the direction cosines from the body's axes, s.
+    /// Integral of the direction cosines from the body axes of each sample, s.
     pub turned_s: [[f32; 3]; 3],
     /// Variance by sensor noise of each angle, rad², and of each velocity, (m/s)².
     pub variances: [f32; 2],
@@ -62,10 +63,10 @@ pub(super) struct Surprise {
     pub minus_two_log: f32,
 }
 
-/// Prior common to all guesses at their first fix.
+/// Prior common to all hypotheses at their first fix.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Prior {
-    /// Direction about which the attitude is open, NED.
+    /// Axis about which the attitude is unknown, NED.
     pub axis: [f32; 3],
     /// One-sigma of the attitude across `axis`, rad.
     pub tilt_sigma_rad: f32,
@@ -73,7 +74,7 @@ pub(super) struct Prior {
     pub bias_sigma_radps: f32,
 }
 
-/// A guess at the attitude.
+/// A hypothesis of the attitude.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Guess {
     pub weight: f64,
@@ -85,7 +86,7 @@ pub(super) struct Guess {
 }
 
 impl Guess {
-    /// Empty guess, of weight zero.
+    /// Empty hypothesis, of weight zero.
     pub const NONE: Self = Self {
         weight: 0.0,
         start_to_ned: Rotation::IDENTITY,
@@ -94,7 +95,7 @@ impl Guess {
         covariance: [[0.0; STATES]; STATES],
     };
 
-    /// Starts at a fix, with the present attitude of the guess.
+    /// Starts at a fix, with the present attitude of the hypothesis.
     pub fn start(&mut self, measured: &Measured, prior: &Prior) {
         let [x, y, z] = measured.swing_mps;
         let swing = (self.start_to_ned * Vector::<Body, f32>::new(x, y, z)).to_array();
@@ -147,7 +148,7 @@ impl Guess {
         }
     }
 
-    /// Subtracts a gyro bias that the caller from now on removes from the rates.
+    /// Subtracts a gyro bias that the caller removes from the rates from now on.
     pub fn correct_bias(&mut self, bias_radps: [f32; 3]) {
         for (own, bias) in self.bias_radps.iter_mut().zip(bias_radps) {
             *own -= bias;
@@ -278,7 +279,7 @@ impl Guess {
         total
     }
 
-    /// Whether rounding has left a valid covariance.
+    /// Whether attitude, velocity, bias and variances are still valid: rounding may have spoilt them.
     pub fn is_sound(&self) -> bool {
         self.start_to_ned.is_finite()
             && self.velocity_mps.iter().chain(&self.bias_radps).all(|value| value.is_finite())
@@ -289,7 +290,7 @@ impl Guess {
 /// One-sigma of a velocity that no fix has measured, m/s.
 const UNKNOWN_MPS: f32 = 10.0;
 
-/// North, east and down.
+/// Unit vectors north, east and down.
 const UNITS: [[f32; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 fn add<const W: usize>(row: &mut [f32; W], moved: [f32; W]) {

@@ -8,7 +8,7 @@ use crate::gps::Fix;
 use crate::ins::Start;
 use crate::time::Time;
 
-/// Method by which an [`Estimator`](super::super::Estimator) finds the heading if nothing gives it at the start:
+/// Method by which an [`Estimator`](super::super::Estimator) finds the heading if no source gives it at the start:
 /// [`HeadingSearch`], or [`NoHeadingSearch`] without a search. Sealed.
 pub trait HeadingMethod<T = f64>: sealed::Method<T> {}
 
@@ -51,13 +51,13 @@ pub(in super::super) mod sealed {
             _interval_s: T,
         ) {
         }
-        /// Weighs the guesses by a fix.
+        /// Changes the weights of the hypotheses by a fix.
         fn fix(&mut self, _fix: &Fix, _receiver: &Receiver<'_, T>, _history: &History<T>) {}
-        /// Motion by the best guess; `None` before a first fix.
+        /// Motion according to the best hypothesis; `None` before a first fix.
         fn motion(&mut self) -> Option<GuessedMotion<T>> {
             None
         }
-        /// Motion by the guess whose baseline points to `heading_rad`.
+        /// Motion according to the hypothesis whose baseline points to `heading_rad`.
         fn motion_at(
             &mut self,
             _baseline: Vector<Body>,

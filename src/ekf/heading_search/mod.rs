@@ -1,17 +1,18 @@
 //! Heading from motion: search if no sensor gives the heading at the start, monitor afterwards.
 //!
-//! The gyros carry one frame along, in which the specific force is summed from fix to fix. Twelve guesses at the
-//! attitude of that frame start 30° apart in heading. Each guess has a velocity, an attitude and a gyro bias. The fixes
-//! weigh the guesses: only near the right heading does the specific force add up to the change of GPS velocity. The
-//! guesses use neither the filter nor its magnetometer, so errors of these do not spread to them.
+//! The gyros maintain one frame, in which the specific force is summed from fix to fix. Twelve hypotheses (`Guess`) of
+//! the attitude of that frame start 30° apart in heading. Each hypothesis has a velocity, an attitude and a gyro bias.
+//! The fixes change the weights of the hypotheses: only near the right heading does the specific force add up to the
+//! change of GPS velocity. The hypotheses use neither the filter nor its magnetometer, so errors of these do not spread
+//! to them.
 //!
-//! While the heading is unknown, the guesses own attitude and horizontal velocity, and the filter follows them. An
-//! error-state filter linearises, and no linearisation holds over an unknown heading.
+//! While the heading is unknown, the hypotheses determine attitude and horizontal velocity, and the filter follows
+//! them. An error-state filter linearises, and no linearisation holds over an unknown heading.
 //!
 //! # Source
-//! D. L. Alspach and H. W. Sorenson (1972), Nonlinear Bayesian estimation using Gaussian sum approximations,
-//! *IEEE Transactions on Automatic Control* 17 (4), 439–448. A bank of small filters next to a large one is the idea of
-//! P. Riseborough's EKF-GSF in PX4.
+//! D. L. Alspach and H. W. Sorenson (1972), Nonlinear Bayesian estimation using Gaussian sum approximations, *IEEE
+//! Transactions on Automatic Control* 17 (4), 439–448. A bank of small filters next to a large one is the idea of P.
+//! Riseborough's EKF-GSF in PX4.
 
 mod guess;
 mod method;
@@ -34,76 +35,80 @@ use crate::time::Time;
 use guess::{Guess, Measured, MeasuredMotion, Prior, Surprise};
 use monitor::Judgement;
 
-/// Number of guesses.
+/// Number of hypotheses.
 const GUESSES: usize = 12;
-/// One-sigma of the heading of a guess at its start, rad: neighbours overlap at one sigma.
+/// One-sigma of the heading of a hypothesis at its start, rad: neighbours overlap at one sigma.
 const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
 /// Gravity, m/s².
 const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
 /// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s. The latter is zero: a
 /// monitor uses the bias of the filter.
 const PRIOR: Prior = Prior { axis: DOWN, tilt_sigma_rad: 0.07, bias_sigma_radps: 0.0 };
-/// Random walks that a monitor allows beyond the noise of the sensors: of the tilt and heading, rad/√s, and of the
-/// velocity, m/s/√s. Without them the monitor would attribute errors outside the guesses' states to the heading.
+/// Random walk of tilt and heading that a monitor allows beyond the sensor noise, rad/√s. Without it the monitor would
+/// attribute errors outside the states of a hypothesis to the heading.
 const ANGLE_WALK_RAD: f64 = 0.0035;
+/// Random walk of the velocity that a monitor allows beyond the sensor noise, m/s/√s, for the same reason.
 const VELOCITY_WALK_MPS: f64 = 0.1;
-/// Least weight of a guess: no guess is ever excluded.
+/// Minimum weight of a hypothesis: no hypothesis is ever excluded.
 const LEAST_WEIGHT: f64 = 1e-9;
-/// Largest one-sigma over all guesses at which they agree, rad (8°).
+/// Largest one-sigma of the heading over all hypotheses at which they agree, rad (8°).
 const AGREED_RAD: f64 = 0.14;
-/// Largest squared normalised innovation that a heading explains (five one-sigmas). If every guess exceeds it, receiver
-/// or inertial unit is in error, and the guesses start again.
+/// Largest squared normalised innovation that a heading explains (five one-sigmas). If every hypothesis exceeds it,
+/// receiver or inertial unit is in error, and the hypotheses start again.
 const UNEXPLAINED: f32 = 25.0;
-/// Memory of the information on the direction, s.
+/// Memory of the information on the heading, s.
 const EVIDENCE_S: f64 = 60.0;
-/// Longest interval between fixes, s; the guesses start again after a longer one.
+/// Longest interval between fixes, s; the hypotheses start again after a longer one.
 const LONGEST_S: f64 = 5.0;
-/// Least speed, m/s, at which agreement alone proves a heading, for fixes one second apart. The limit grows with the
+/// Minimum speed, m/s, at which agreement alone proves a heading, for fixes one second apart. The limit grows with the
 /// square root of the time between fixes. Slow fixes miss part of the motion of a vehicle carried or turned by hand.
 const PROVEN_MPS: f64 = 5.0;
 /// Time of agreement that proves the heading of a slower vehicle, s.
 const PROVEN_S: f64 = 5.0;
-/// Least share of the information on that heading that motion must give; each guess starts with 0.29 of it.
+/// Minimum information from motion, as a fraction of the information on an agreed heading. Each hypothesis starts with
+/// 0.29 of it.
 const PROVEN_EVIDENCE: f64 = 0.25;
-/// Least one-sigma of an unproven heading, rad: three of them cover the circle.
+/// Minimum one-sigma of an unproven heading, rad: three of them cover the circle.
 const UNPROVEN_RAD: f64 = 1.05;
-/// Least likelihood of a two-antenna heading, as a share of that of the best guess.
+/// Minimum weight of the hypothesis at a two-antenna heading, as a fraction of the weight of the best hypothesis.
 const LEAST_SHARE: f64 = 0.01;
-/// Factor on the one-sigma of a fix: the guesses have no states for its slow errors.
+/// Factor on the one-sigma of a fix: the hypotheses have no states for its slow errors.
 const WHITENED: f64 = 1.7;
 
-/// A bank of guesses at the heading.
+/// A bank of hypotheses of the heading.
 #[derive(Clone, Debug)]
 pub struct HeadingSearch<T = f64> {
     guesses: [Guess; GUESSES],
-    /// Attitude at the start of the bank, before it is turned for each guess.
+    /// Attitude at the start of the bank, before it is turned for each hypothesis.
     start_to_ned: Rotation<Body, Ned, T>,
     /// Axis, NED, about which the attitude was unknown at the start.
     axis: [f32; 3],
     prior: Prior,
     /// One-sigma of the heading at the start, rad; infinite if unknown.
     prior_sigma_rad: f64,
-    /// From the body axes now to those at the start.
+    /// Rotation from the present body axes to those at the start.
     body_to_start: Rotation<Body, Body, T>,
-    /// Motion since the last fix, in the axes at the start. Velocity change, m/s, over a time, s; the integral of the
-    /// direction cosines, s. Variances by sensor noise of angle, rad², and velocity, (m/s)².
+    /// Velocity change by specific force since the last fix, in the axes at the start, m/s.
     felt_mps: Vector<Body, T>,
+    /// Time since the last fix, s.
     felt_s: T,
+    /// Integral of the direction cosines since the last fix, s.
     turned_s: [[T; 3]; 3],
+    /// Variances by sensor noise since the last fix: angle, rad², and velocity, (m/s)².
     variances: [T; 2],
-    /// Part of that motion between the validity of the last fix and its arrival.
+    /// Motion between the validity of the last fix and its arrival.
     since_fix: MeasuredMotion,
-    /// Gyro bias of the filter at that fix, rad/s.
+    /// Gyro bias of the filter at the last fix, rad/s.
     filter_bias_radps: Option<Vector<Body, T>>,
-    /// Antenna from the inertial unit at that fix, in the axes at the start, m.
+    /// Vector from the inertial unit to the antenna at the last fix, in the axes at the start, m.
     arm_m: Vector<Body, T>,
-    /// Time and position of the last fix, to which the guesses refer.
+    /// Time and position of the last fix, to which the hypotheses refer.
     last_fix: Option<(Time, Geodetic)>,
     /// Whether the heading is monitored, not searched.
     is_monitor: bool,
     /// Whether the vehicle was fast enough for its motion to show a heading.
     is_fast: bool,
-    /// Start of the present agreement of the guesses on one heading, after sufficient motion.
+    /// Start of the present agreement of the hypotheses on one heading, after sufficient motion.
     agreed_since: Option<Time>,
     /// Information of recent fixes on the heading, rad⁻².
     evidence: f32,
@@ -117,7 +122,7 @@ pub struct Receiver<'a, T> {
     pub model: &'a GpsModel,
     /// One-sigmas of position, m, and velocity, m/s, NED.
     pub sigmas: ([f64; 3], [f64; 3]),
-    /// Antenna from the inertial unit.
+    /// Lever arm from the inertial unit to the antenna.
     pub antenna: LeverArm<T>,
     /// Gyro bias that the filter subtracts from the rates, rad/s.
     pub bias_radps: Vector<Body, T>,
@@ -148,7 +153,7 @@ impl HeadingSearch {
 }
 
 impl<T: Scalar> HeadingSearch<T> {
-    /// A bank without guesses.
+    /// A bank without hypotheses.
     #[inline(always)]
     const fn empty() -> Self {
         Self {
@@ -250,7 +255,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.body_to_start = self.body_to_start.turned_in_from(turn_rad);
     }
 
-    /// Subtracts a change of the filter's gyro bias from the guesses.
+    /// Subtracts a change of the filter's gyro bias from the hypotheses.
     fn follow_bias(&mut self, bias_radps: Vector<Body, T>) {
         let before = self.filter_bias_radps.replace(bias_radps);
         if let Some(before) = before.filter(|_| !self.is_monitor) {
@@ -261,8 +266,8 @@ impl<T: Scalar> HeadingSearch<T> {
         }
     }
 
-    /// Motion until a fix. The velocity change `later_mps` over `later_s` came after the fix, and stays for the next
-    /// one.
+    /// Motion until a fix. The velocity change `later_mps` over `later_s` came after the fix, and counts for the next
+    /// fix.
     fn motion_until(&mut self, later_mps: Vector<Body, T>, later_s: T) -> MeasuredMotion {
         let felt_s = (self.felt_s - later_s).max(T::ZERO);
         let share = if self.felt_s > T::ZERO { felt_s / self.felt_s } else { T::ONE };
@@ -288,7 +293,8 @@ impl<T: Scalar> HeadingSearch<T> {
         felt
     }
 
-    /// Weighs the guesses by a fix. The fix may be valid at an earlier moment within the `history` of the same samples.
+    /// Changes the weights of the hypotheses by a fix. The fix may be valid at an earlier moment within the `history`
+    /// of the same samples.
     ///
     /// # Source
     /// Equations (H2), (H3) and (H5) of docs/equations.md.
@@ -382,12 +388,12 @@ impl<T: Scalar> HeadingSearch<T> {
         Measured { axes, is_mean: true, swing_mps: [0.0; 3] }
     }
 
-    /// Whether the guesses have started at a fix.
+    /// Whether the hypotheses have started at a fix.
     fn has_begun(&self) -> bool {
         self.guesses.iter().any(|guess| guess.weight > 0.0)
     }
 
-    /// Starts the guesses at a fix, 30° apart about the attitude of the best guess, or about that of the start.
+    /// Starts the hypotheses at a fix, 30° apart about the attitude of the best hypothesis, or about that of the start.
     fn begin(&mut self, measured: &Measured) {
         let middle = match self.best().filter(|_| self.has_begun()) {
             Some(best) if best.is_sound() => best.start_to_ned,
@@ -413,7 +419,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.judgement.forget();
     }
 
-    /// Weighs the guesses by minus twice the logarithms of their likelihoods.
+    /// Changes the weights of the hypotheses. `surprises` are minus twice the logarithms of their likelihoods.
     fn weigh(&mut self, surprises: &[f64; GUESSES]) {
         let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
         let mut sum = 0.0;
@@ -426,12 +432,12 @@ impl<T: Scalar> HeadingSearch<T> {
         }
     }
 
-    /// The guess of the largest weight.
+    /// The hypothesis of the largest weight.
     fn best(&self) -> Option<&Guess> {
         self.guesses.iter().max_by(|a, b| a.weight.total_cmp(&b.weight))
     }
 
-    /// Mean heading of the guesses relative to the best one, clockwise, and one-sigma over all guesses, rad.
+    /// Mean heading of the hypotheses relative to the best one, clockwise, and one-sigma over all hypotheses, rad.
     ///
     /// # Source
     /// Equation (H4) of docs/equations.md.
@@ -449,12 +455,12 @@ impl<T: Scalar> HeadingSearch<T> {
         (off, Scalar::sqrt((variance / weights - square(off)).max(0.0)))
     }
 
-    /// Whether fixes during recent motion have given the share `share` of the information on an agreed heading.
+    /// Whether fixes during recent motion have given the fraction `share` of the information on an agreed heading.
     fn has_evidence(&self, share: f64) -> bool {
         f64::from(self.evidence) * square(AGREED_RAD) > share
     }
 
-    /// Present attitude of a guess.
+    /// Present attitude of a hypothesis.
     fn attitude(&self, guess: &Guess) -> Rotation<Body, Ned, T> {
         (guess.start_to_ned.cast() * self.body_to_start).renormalised()
     }
@@ -469,7 +475,7 @@ fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
 /// Down, NED.
 const DOWN: [f32; 3] = [0.0, 0.0, 1.0];
 
-/// An element of an array of three, zero beyond.
+/// An element of an array of three, zero beyond its end.
 fn at<V: Copy + Default>(values: &[V; 3], axis: usize) -> V {
     values.get(axis).copied().unwrap_or_default()
 }
@@ -485,9 +491,9 @@ fn turn_between(
     wrap_angle(2.0 * f64::from((x * a + y * b + z * c).atan2(w)))
 }
 
-/// Share of its information by which a fix weighs the guesses. A share s of the one-sigma drifts with correlation time
-/// τ; for fixes Δt apart it weighs like white noise of variance s² 2τ/Δt. Without this factor a vehicle at rest would
-/// find a heading in the drift of its GPS.
+/// Fraction of its information with which a fix changes the weights of the hypotheses. A fraction s of the one-sigma
+/// drifts with correlation time τ. For fixes Δt apart, its effect is that of white noise of variance s² 2τ/Δt. Without
+/// this factor a vehicle at rest would find a heading in the drift of its GPS.
 ///
 /// # Source
 /// Equation (H3) of docs/equations.md.

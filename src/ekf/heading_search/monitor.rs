@@ -5,14 +5,17 @@ use super::{AGREED_RAD, DOWN, HeadingSearch, turn_between};
 use crate::frames::{Body, Ned, Rotation, wrap_angle};
 use crate::time::Time;
 
-/// Least error of a wrong heading, rad (25°), and in one-sigmas.
+/// Minimum error of a wrong heading, rad (25°).
 const WRONG_RAD: f64 = 0.44;
+/// Minimum error of a wrong heading, in one-sigmas of the heading from the fixes.
 const WRONG_SIGMAS: f64 = 4.0;
-/// Least error of a suspect heading, rad (5°), and in one-sigmas of both headings.
+/// Minimum error of a suspect heading, rad (5°).
 const SUSPECT_RAD: f64 = 0.09;
+/// Minimum error of a suspect heading, in one-sigmas of both headings together.
 const SUSPECT_SIGMAS: f64 = 2.5;
-/// Least duration, s, and least number of fixes of a disagreement.
+/// Minimum duration of a disagreement, s.
 const WRONG_S: f64 = 5.0;
+/// Minimum number of fixes of a disagreement.
 const WRONG_FIXES: u8 = 4;
 
 /// Heading confirmed by the fixes while the heading of the filter is wrong or suspect.
@@ -31,7 +34,7 @@ pub struct BetterHeading {
 pub(super) struct Judgement {
     wrong_since: Option<Time>,
     wrong_fixes: u8,
-    /// Whether the guesses agree with the heading, and recent motion was enough to show it.
+    /// Whether the hypotheses agree with the heading, and recent motion was enough to show it.
     pub is_confirmed: bool,
 }
 
@@ -44,7 +47,7 @@ impl Judgement {
 }
 
 impl<T: Scalar> HeadingSearch<T> {
-    /// Turn from an attitude's heading to that of the guesses; `None` while the guesses disagree.
+    /// Turn from an attitude's heading to that of the hypotheses; `None` while the hypotheses disagree.
     fn off(&self, body_to_ned: Rotation<Body, Ned, T>) -> Option<BetterHeading> {
         let best = self.best().filter(|_| self.has_begun())?;
         let (off_rad, sigma_rad) = self.heading_spread();

@@ -1,4 +1,4 @@
-//! Motion by the guesses of a heading search, for a filter whose heading is unknown.
+//! Motion according to the hypotheses of a heading search, for a filter whose heading is unknown.
 
 use super::super::scalar::Scalar;
 use super::super::square;
@@ -9,7 +9,7 @@ use super::{
 };
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 
-/// Motion by the best guess, and its covariance over all guesses.
+/// Motion according to the best hypothesis, and its covariance over all hypotheses.
 #[derive(Clone, Copy, Debug)]
 pub struct GuessedMotion<T> {
     /// Attitude.
@@ -22,15 +22,15 @@ pub struct GuessedMotion<T> {
     pub covariance: Block,
     /// One-sigma of the heading, rad.
     pub heading_sigma_rad: f64,
-    /// Turn about the open axis from the start of the search, rad.
+    /// Turn about the axis of unknown attitude from the start of the search, rad.
     pub turn_rad: f64,
     /// Whether the heading is found.
     pub is_found: bool,
 }
 
 impl<T: Scalar> HeadingSearch<T> {
-    /// Motion by the best guess now; `None` before the first fix. Its gyro bias moves to the filter: the guesses
-    /// exclude it from now on.
+    /// Motion according to the best hypothesis now; `None` before the first fix. Its gyro bias moves to the filter: the
+    /// hypotheses exclude it from now on.
     ///
     /// # Source
     /// Equation (H4) of docs/equations.md.
@@ -98,8 +98,8 @@ impl<T: Scalar> HeadingSearch<T> {
         is_sound.then_some(motion)
     }
 
-    /// Motion by the guess that points a baseline of the body nearest to `heading_rad`, clockwise from north. `None` if
-    /// the fixes contradict that guess.
+    /// Motion according to the hypothesis that points a baseline of the body nearest to `heading_rad`, clockwise from
+    /// north. `None` if the fixes contradict that hypothesis.
     pub(super) fn motion_at(
         &mut self,
         baseline: Vector<Body>,

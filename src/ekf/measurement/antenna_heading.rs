@@ -33,13 +33,14 @@ impl AntennaHeadingMemory {
 const REVERSED_RAD: f64 = 2.6;
 /// Largest one-sigma of the filter's heading, rad, at which a measured heading can count as reversed.
 const SURE_RAD: f64 = 0.5;
-/// Least horizontal part of a baseline, as a share of its length, that has a heading.
+/// Minimum horizontal part of a baseline, as a fraction of its length, that determines a heading.
 const LEAST_LEVEL: f64 = 0.1;
 
-/// One-sigma of the turn since the reading, as a share of the turn.
+/// One-sigma of the turn since the reading, as a fraction of the turn.
 const AGED_SHARE: f64 = 0.1;
-/// Largest times, s, by which a reading may be older than the last inertial sample, and newer.
+/// Largest time, s, by which a reading may be older than the last inertial sample.
 const OLDEST_S: f64 = 1.0;
+/// Largest time, s, by which a reading may be newer than the last inertial sample.
 const AHEAD_S: f64 = 0.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -53,7 +54,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M13) of docs/equations.md.
-    // Not inlined: its stack frame would lie beneath the other sensors in callers of all of them.
+    // Not inlined, so that its stack frame is not part of a caller's that updates several sensors.
     #[inline(never)]
     pub fn update_antenna_heading(
         &mut self,
@@ -90,7 +91,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let sigma_rad = reading.sigma_rad.unwrap_or(model.sigma_rad).max(model.floor_rad);
         let besides = square(baseline.z() / level) * tilt + square(AGED_SHARE * turned_rad);
         let one = square(sigma_rad) + besides;
-        // Errors that the readings share do not widen a single reading: a jump is judged by the error of one reading.
+        // A jump is compared with the error of one reading. The larger variance for errors common to successive
+        // readings would hide it.
         let jumps = square(off_rad) > square(self.config.gate.sigmas) * (own + one);
         let noise = if jumps { one } else { model.weight(since_s) * square(sigma_rad) + besides };
         let channel = (Channel::BaselineHeading, Group::BaselineHeading);
@@ -105,7 +107,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Ok(report)
     }
 
-    /// Age, s, of a reading that was true at `time`.
+    /// Age, s, of a reading that was valid at `time`.
     ///
     /// # Errors
     /// [`Unusable::TooOld`] and [`Unusable::AheadOfImu`] if the age is too large to assume a constant rate.
@@ -144,8 +146,8 @@ impl AntennaHeadingModel {
         }
     }
 
-    /// Factor on the variance of a reading that comes `since_s` after the previous one. The slowly varying part of its
-    /// error weighs like white noise, larger by the number of readings that share it.
+    /// Factor on the variance of a reading that comes `since_s` after the previous one. The slow part of its error
+    /// counts as white noise, enlarged by the number of readings with the same error.
     fn weight(&self, since_s: f64) -> f64 {
         let in_common = (2.0 * self.wander_time_s / since_s).max(1.0);
         1.0 + square(self.wander_share.min(1.0)) * (in_common - 1.0)

@@ -119,7 +119,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let off_rad = off_rad.cast().to_array();
         let watch = &mut self.attitude_watch;
-        // After trouble with the inertial samples the gyros are no reference, and a heading follows a disturbed field.
+        // After faulty inertial samples the gyros are no reference. In a disturbed field, the reference's heading
+        // follows the field.
         let field = &self.field_watch;
         if elapsed_s > LONGEST_S
             || self.gates.is_filter_suspect(time)

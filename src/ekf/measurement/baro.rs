@@ -22,7 +22,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M10) of docs/equations.md.
-    // Not inlined: its stack frame would lie beneath the other sensors in callers of all of them.
+    // Not inlined, so that its stack frame is not part of a caller's that updates several sensors.
     #[inline(never)]
     pub fn update_baro(
         &mut self,
@@ -73,7 +73,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let (innovation, noise) = (self.baro_innovation(state, height_m), T::of(noise));
         let wind = self.wind_variance();
         let sensitivity = Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE);
-        // The check omits the wind's increased weight as white noise, which would hide how far off a reading is.
+        // The check uses the airflow error itself. Its enlarged variance as white noise would hide a wrong reading.
         let own = self.covariance.project(&sensitivity).1;
         let likely = square(T::of(DISAGREES_SIGMAS)) * (own + noise + wind);
         self.gates.set_baro_disagrees(square(innovation) > likely);
@@ -90,8 +90,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         report
     }
 
-    /// Variance of the height error by the wind of the vehicle's own speed, m². A speed within the filter's own error
-    /// counts as zero.
+    /// Variance of the barometer error caused by the airflow at the vehicle's speed, m². A speed within the filter's
+    /// own error counts as zero.
     fn wind_variance(&self) -> T {
         if !self.config.mechanisms.barometer_wind {
             return T::ZERO;
@@ -104,12 +104,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// Pressure error of a static port without a probe of its own: one-sigma as a share of the dynamic pressure, and the
-/// time, s, for which the air comes from one side. Both are assumed, and were compared only with two flights of model
-/// aircraft.
+/// One-sigma of the pressure error of a static port without a probe of its own, as a fraction of the dynamic pressure.
+/// Assumed, and compared only with two flights of model aircraft.
 const WIND_SHARE: f64 = 0.1;
+/// Time, s, for which the air comes from one side. Assumed, and compared only with two flights of model aircraft.
 const WIND_TIME_S: f64 = 5.0;
 /// Innovation, in one-sigmas, beyond which a reading disagrees with the filter's height and confirms nothing.
 const DISAGREES_SIGMAS: f64 = 3.0;
-/// Least interval between two readings that counts, s.
+/// Minimum interval between two readings that counts, s.
 const LEAST_S: f64 = 0.01;

@@ -24,7 +24,7 @@ pub enum WrongRows {
         by: &'static str,
         /// The derivative in the row.
         stated: f64,
-        /// The same by central differences.
+        /// The derivative from central differences of the residuals.
         numeric: f64,
     },
 }
@@ -60,7 +60,7 @@ const COMPONENTS: [[&str; 3]; 4] = [
         "angular rate down, per rad/s",
     ],
 ];
-/// Steps of the differences: m, m/s, rad, rad/s. A position in degrees of 64 bits is exact to 1e-9 m.
+/// Step size of the differences in each block: m, m/s, rad, rad/s. A position in degrees of 64 bits is exact to 1e-9 m.
 const STEPS: [f64; 4] = [0.1, 1e-2, 1e-4, 1e-3];
 /// Rounding error of a residual r, divided by 1 + |r|. A derivative from differences has this error over the step.
 const ROUNDING: f64 = 1e-9;
@@ -81,7 +81,7 @@ impl Expected {
 }
 
 impl Row {
-    /// The derivatives by one block.
+    /// Derivatives with respect to one block of the motion.
     fn block(&self, block: usize) -> [f64; 3] {
         match block {
             0 => self.position.to_array(),
@@ -95,8 +95,8 @@ impl Row {
 /// Compares the derivatives of every row with central differences of the residuals about `expected`. For tests of a
 /// user's [`Measurement`], at a motion without symmetry: turned, moving and turning.
 ///
-/// `tolerance` is relative to the largest derivative of the row by position, velocity, attitude or angular rate; 1e-5
-/// suits measurements that are nearly linear over 0.1 m, 0.01 m/s, 1e-4 rad and 1e-3 rad/s.
+/// `tolerance` is relative to the largest derivative of the row with respect to position, velocity, attitude or angular
+/// rate. A value of 1e-5 suits measurements that are nearly linear over 0.1 m, 0.01 m/s, 1e-4 rad and 1e-3 rad/s.
 ///
 /// # Errors
 /// [`WrongRows`], the first that is found.

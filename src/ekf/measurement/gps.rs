@@ -21,23 +21,25 @@ use crate::gps::Fix;
 use crate::ins::LeverArm;
 use crate::time::Time;
 
-/// Largest and least learned variance, relative to the configured one.
+/// Largest learned variance, relative to the stated or configured one.
 const LEARNED_MOST: f64 = 100.0;
+/// Smallest learned variance, relative to the stated or configured one.
 const LEARNED_LEAST: f64 = 0.1;
 
-/// Limit of a single innovation when learning, in variances.
+/// Limit of a squared normalised innovation from which the variance is learned.
 const MOST_SURPRISE: f64 = 9.0;
 
-/// Factor on the learned variance when a filter without GPS velocity was reset to a position: to such a filter,
+/// Factor on the learned variance when a filter without GPS velocity was reset to a position. To such a filter,
 /// underestimated scatter looks like motion.
 const REOPENED_SHARE: f64 = 2.0;
 
-/// Factor by which the learned one-sigma must exceed the stated one before it replaces it.
+/// Factor by which the learned one-sigma must exceed the stated one-sigma before the stated one is enlarged.
 const BY_CHANCE: f64 = 1.15;
 
-/// Largest position shift that is not a drift, m: √((`WALK_SIGMAS` σ)² + `WALK_M`²), with σ the one-sigma of the
-/// position.
+/// Factor on the one-sigma σ of the position in the largest shift that is not a drift, √((`WALK_SIGMAS` σ)² +
+/// `WALK_M`²).
 const WALK_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
+/// Constant part of the largest position shift that is not a drift, m.
 const WALK_M: f32 = 5.0;
 
 /// Cosine of the largest tilt of a nearly level vehicle.
@@ -51,12 +53,13 @@ const MOST_AHEAD_S: f64 = 0.3;
 /// The three axes of a fix to compare, empty without a measurement, and their sensitivity.
 type Axes<T> = ([Option<Compared<T>>; 3], AxesSensitivity<T>);
 
-/// Channels and groups of the axes, north, east, down.
+/// Channels and groups of the axes of a position, north, east, down.
 const POSITION_AXES: [(Channel, Group); 3] = [
     (Channel::PositionNorth, Group::HorizontalPosition),
     (Channel::PositionEast, Group::HorizontalPosition),
     (Channel::PositionDown, Group::VerticalPosition),
 ];
+/// Channels and groups of the axes of a velocity, north, east, down.
 const VELOCITY_AXES: [(Channel, Group); 3] = [
     (Channel::VelocityNorth, Group::HorizontalVelocity),
     (Channel::VelocityEast, Group::HorizontalVelocity),
@@ -69,7 +72,7 @@ pub fn stated_times(learned: f64) -> f64 {
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Fuses a satellite fix: position, and velocity if present, at the antenna and at the time when the fix was true.
+    /// Fuses a satellite fix: position, and velocity if present, at the antenna and at the time when the fix was valid.
     ///
     /// # Errors
     /// [`Unusable`] if the fix cannot be compared with the state. A fix that is compared and rejected is no error: the
@@ -160,7 +163,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         report.contradicts = self.samples.self_contradiction.is_proven() && report.any_rejected();
         if report.contradicts {
-            // A contradictory fix teaches nothing.
+            // Nothing is learned from a contradictory fix.
             return Ok(());
         }
         if fix.two_dimensional {
@@ -170,7 +173,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if self.config.mechanisms.fix_errors {
             self.learn_gps(report, places_alone, fix.position_sigma_m.is_some());
         }
-        // Errors left by clipping or a gap are in the velocity, and are no step of a bias.
+        // Velocity errors left by clipping or a gap do not indicate a step of a bias.
         let mechanisms = self.config.mechanisms;
         let mut stepped = self.excess.learn(fix.time, report);
         if !mechanisms.excess_noise {
@@ -244,8 +247,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Adapts the learned size of the GPS errors to the innovations of this fix, relative to their expected size. A
-    /// stated one-sigma is enlarged if the learned one is larger. For stated positions only accepted ones count,
-    /// because a jump is no measure of the others.
+    /// stated one-sigma is enlarged if the learned one is larger. If fixes state the accuracy of their positions, only
+    /// accepted innovations count: a jump does not show the error of other fixes.
     ///
     /// # Source
     /// Equation (M7) of docs/equations.md.
@@ -286,13 +289,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let stated_mps = fix.axes_velocity_sigma_mps().map(Vector::to_array);
         let velocity: [f64; 3] = core::array::from_fn(|axis| match stated_mps {
             Some(stated) => stated[axis] * stated_times(learned_mps[axis]),
-            // No more accurate vertically than the horizontal velocity, which is far better observable.
+            // The vertical velocity is assumed no more accurate than the horizontal velocity, which is far better
+            // observable.
             None => model.velocity_sigma_mps()[axis] * learned_mps[axis].max(level),
         });
         (position, velocity)
     }
 
-    /// The axes of a position, at the antenna and at the time when it was true; without the height if it is not
+    /// The axes of a position, at the antenna and at the time when it was valid. The height is omitted if it is not
     /// measured.
     ///
     /// # Source
@@ -337,7 +341,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         (axes, sensitivity)
     }
 
-    /// The axes of a velocity, likewise; components that the fix does not report stay empty.
+    /// The axes of a velocity, at the antenna and at the time when it was valid. Components that the fix does not
+    /// report stay empty.
     ///
     /// # Source
     /// Equation (M4) of docs/equations.md.
@@ -420,9 +425,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// A vector by which fixes observe their delay, reduced by the likely contribution of its own error. `variance` is the
-/// variance of all axes together. That error is correlated with the innovation: at rest, where there is no other
-/// signal, each fix would move the delay the same way.
+/// The vector `v` by which fixes observe their delay, reduced by the likely contribution of its own error. `variance`
+/// is the variance of all axes together. That error is correlated with the innovation. At rest, where there is no other
+/// signal, each fix would move the delay in the same direction.
 ///
 /// # Source
 /// Equation (M14) of docs/equations.md.

@@ -13,11 +13,11 @@ use super::{Report, ScalarMeasurement, Unusable};
 use crate::frames::{Body, Vector, wrap_angle};
 use crate::time::Time;
 
-/// Least strength of a plausible field, gauss: the Earth's is 0.22 gauss or more. Less means that the magnetometer does
-/// not work yet.
+/// Minimum strength of a plausible field, gauss: the Earth's is 0.22 gauss or more. A weaker field means that the
+/// magnetometer does not work yet.
 const LEAST_GAUSS: f32 = 0.05;
 
-/// Least horizontal part of a field, as a share of its strength, that determines a heading.
+/// Minimum horizontal part of a field, as a fraction of its strength, that determines a heading.
 const LEAST_LEVEL_SHARE: f64 = 0.02;
 
 /// Largest one-sigma, rad, of a magnetic heading that replaces a heading hidden by a gap.
@@ -57,7 +57,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let parts = Parts { level, down, azimuth_rad: field.azimuth_rad().wide() as f32 };
         let change = self.field_watch.push(time, parts, &uncertainty)?;
         if change.turn == Some(Turn::Suspect) {
-            // Keeps the check in step with the use: the next field that is checked is the next one that is used.
+            // The next checked field is then also the next one that is used.
             self.attitude_used = self.attitude_used.map(|_| time);
             return Some(change);
         }
@@ -70,7 +70,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
         }
         if change.turn == Some(Turn::Settled) && self.heading_revision.is_magnetic {
-            // The field at the start was that of a magnet, and so the heading was wrong: it is measured again.
+            // The field at the start was disturbed, and so the heading was wrong: it is measured again.
             self.attitude_lost = Some(time);
             self.heading_revision.replaced(0.0);
             self.forget_heading_error(self.config.magnetometer.heading_wander_rad);

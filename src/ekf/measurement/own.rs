@@ -101,33 +101,37 @@ impl From<&Solution> for Expected {
     }
 }
 
-/// One measured quantity: its residual, and the derivatives of the expected value by the motion of the sensor.
+/// One measured quantity: its residual, and the derivatives of the expected value with respect to the motion of the
+/// sensor.
 ///
-/// The unit of the quantity is free. All numbers must be finite: residual and one-sigma at most 1e9, derivatives at most
-/// 1e6, and the one-sigma at least 1e-9. Otherwise the reading is not used.
+/// The unit of the quantity is free. All numbers must be finite: residual and one-sigma at most 1e9, derivatives at
+/// most 1e6, and the one-sigma at least 1e-9. Otherwise the reading is not used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Row {
     /// Measured minus expected.
     pub residual: f64,
     /// One-sigma of the measurement's white error.
     pub sigma: f64,
-    /// Derivative by the position north, east and down, per m.
+    /// Derivative of the expected value with respect to the position north, east and down, per m.
     pub position: Vector<Ned>,
-    /// Derivative by the velocity north, east and down, per m/s.
+    /// Derivative of the expected value with respect to the velocity north, east and down, per m/s.
     pub velocity: Vector<Ned>,
-    /// Derivative by a small rotation of the body about north, east and down, per rad.
+    /// Derivative of the expected value with respect to a small rotation of the body about north, east and down, per
+    /// rad.
     pub attitude: Vector<Ned>,
-    /// Derivative by the angular rate about the body axes, per rad/s.
+    /// Derivative of the expected value with respect to the angular rate about the body axes, per rad/s.
     pub angular_rate: Vector<Body>,
 }
 
-/// Limits of the numbers of a row, far below the overflow of their products in single precision.
+/// Largest residual and one-sigma of a row, far below the overflow of products in single precision.
 const LARGEST: f64 = 1e9;
+/// Largest derivative of a row, far below the overflow of products in single precision.
 const LARGEST_DERIVATIVE: f64 = 1e6;
+/// Smallest one-sigma of a row.
 const LEAST_SIGMA: f64 = 1e-9;
 
 impl Row {
-    /// A quantity that depends on no motion yet, with the residual measured minus expected, and one-sigma `sigma`.
+    /// A quantity with this residual, measured minus expected, and the one-sigma `sigma`. Its derivatives are zero.
     #[must_use]
     pub const fn new(residual: f64, sigma: f64) -> Self {
         Self {
@@ -140,36 +144,37 @@ impl Row {
         }
     }
 
-    /// This quantity with a derivative by the position, per m.
+    /// This quantity with a derivative with respect to the position, per m.
     #[must_use]
     pub const fn with_position(mut self, derivative: Vector<Ned>) -> Self {
         self.position = derivative;
         self
     }
 
-    /// This quantity with a derivative by the velocity, per m/s.
+    /// This quantity with a derivative with respect to the velocity, per m/s.
     #[must_use]
     pub const fn with_velocity(mut self, derivative: Vector<Ned>) -> Self {
         self.velocity = derivative;
         self
     }
 
-    /// This quantity with a derivative by a small rotation of the body about north, east and down, per rad.
+    /// This quantity with a derivative with respect to a small rotation of the body about north, east and down, per
+    /// rad.
     #[must_use]
     pub const fn with_attitude(mut self, derivative: Vector<Ned>) -> Self {
         self.attitude = derivative;
         self
     }
 
-    /// This quantity with a derivative by the angular rate, per rad/s.
+    /// This quantity with a derivative with respect to the angular rate, per rad/s.
     #[must_use]
     pub const fn with_angular_rate(mut self, derivative: Vector<Body>) -> Self {
         self.angular_rate = derivative;
         self
     }
 
-    /// This quantity with a derivative by the velocity in body axes, per m/s. It then depends on velocity and attitude;
-    /// both derivatives are replaced.
+    /// This quantity with a derivative with respect to the velocity in body axes, per m/s. It then depends on velocity
+    /// and attitude; both derivatives are replaced.
     ///
     /// # Source
     /// Equation (M20) of docs/equations.md.

@@ -16,28 +16,29 @@ use crate::frames::{Body, Vector};
 use crate::ins::LeverArm;
 use crate::time::Time;
 
-/// Largest times, s, by which a reading may be valid after the last inertial sample, and before it.
+/// Largest time, s, by which a reading may be valid after the last inertial sample.
 const AHEAD_S: f64 = 0.1;
+/// Largest time, s, by which a reading may be valid before the last inertial sample.
 const LATE_S: f64 = 0.5;
 /// Longest lever arm, m.
 const LONGEST_ARM_M: f64 = 1e3;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Fuses a reading of a user's own sensor, valid at `time`: up to 0.5 s before the last inertial sample, and up to
-    /// 0.1 s after it.
+    /// Fuses a reading of a user's own sensor. Its time of validity `time` is at most 0.5 s before and 0.1 s after the
+    /// last inertial sample.
     ///
     /// All its rows are accepted or rejected together, within [`GateConfig::sigmas`](super::super::GateConfig). A
     /// rejected reading changes nothing, however long the sensor is rejected: it never resets the filter.
     ///
     /// # Errors
     /// [`Unusable`] if the reading cannot be compared: [`NotFinite`](Unusable::NotFinite) for a row with impossible
-    /// numbers, a lever arm beyond 1 km or more than six rows, [`OutOfRange`](Unusable::OutOfRange) without any row, and
-    /// [`TooOld`](Unusable::TooOld) or [`AheadOfImu`](Unusable::AheadOfImu). A reading that is compared and rejected is
-    /// no error.
+    /// numbers, a lever arm beyond 1 km or more than six rows, [`OutOfRange`](Unusable::OutOfRange) without any row,
+    /// and [`TooOld`](Unusable::TooOld) or [`AheadOfImu`](Unusable::AheadOfImu). A reading that is compared and
+    /// rejected is no error.
     ///
     /// # Source
     /// Equation (M20) of docs/equations.md.
-    // Not inlined: its stack frame would lie beneath the other sensors in callers of all of them.
+    // Not inlined, so that its stack frame is not part of a caller's that updates several sensors.
     #[inline(never)]
     pub fn update(
         &mut self,
@@ -129,7 +130,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 }
 
 impl<T: Scalar> LookBack<T> {
-    /// The motion at that time of a point at `arm` from the inertial unit.
+    /// Motion of a point at `arm` from the inertial unit, at the moment of this look-back.
     fn expected(&self, time: Time, arm: &LeverArm) -> Expected {
         let (body_to_ned, rate) = (self.state.body_to_ned.cast(), self.angular_rate_radps.cast());
         Expected {

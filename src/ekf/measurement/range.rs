@@ -22,7 +22,7 @@ pub struct Ground {
     last: Option<Seen>,
 }
 
-/// A reading, and the time since which it has been the same.
+/// The last reading, and the time since which its value has been the same.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     time: Time,
@@ -32,7 +32,7 @@ struct Seen {
     since: Time,
     /// Horizontal part of the beam's direction at `since`.
     beam: [f32; 2],
-    /// Distance travelled since, m.
+    /// Distance travelled since `since`, m.
     moved_m: f32,
 }
 
@@ -86,18 +86,20 @@ impl Ground {
 
 /// Longest interval between two readings that counts, s: beyond it the path of the beam is unknown.
 const LONGEST_S: f64 = 10.0;
-/// A sensor is stuck if it repeats a distance bit for bit for this long, s, during a motion. The motion is a turn
-/// above `TURNED_RAD`, rad, or a path above `MOVED_M`, m, at a speed above `STANDING_MPS`, m/s.
+/// Time, s, for which a distance must repeat bit for bit during a motion before the sensor counts as stuck.
 const STUCK_S: f64 = 1.0;
+/// Smallest turn of the beam, rad, that counts as such a motion.
 const TURNED_RAD: f64 = 0.02;
+/// Smallest path, m, that counts as such a motion.
 const MOVED_M: f64 = 0.3;
+/// Speed, m/s, that adds nothing to that path.
 const STANDING_MPS: f64 = 0.3;
-/// The beam points down by at least the cosine of 60°.
+/// Minimum downward component of the beam's direction: the cosine of 60°.
 const LEAST_DOWN: f64 = 0.5;
-/// Factor by which the initial one-sigma of the ground's height exceeds that of height and first reading. This costs
-/// the height a hundredth of its variance.
+/// Factor by which the initial one-sigma of the ground's height exceeds that of height and first reading. The first
+/// reading then changes the variance of the height by at most a hundredth.
 const OPENED: f64 = 10.0;
-/// Innovations beyond this, in one-sigmas, but within the gate, count as a step of the ground.
+/// Smallest innovation, in one-sigmas, of a reading within the gate that counts as a step of the ground.
 const STEP_SIGMAS: f64 = 4.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -108,7 +110,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M12) of docs/equations.md.
-    // Not inlined: its stack frame would lie beneath the other sensors in callers of all of them.
+    // Not inlined, so that its stack frame is not part of a caller's that updates several sensors.
     #[inline(never)]
     pub fn update_range(
         &mut self,
@@ -180,5 +182,5 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// Least one-sigma of a reading, m.
+/// Minimum one-sigma of a reading, m.
 const LEAST_NOISE_M: f64 = 0.005;

@@ -41,7 +41,7 @@ impl Report {
         self.innovations().any(|axis| axis.verdict == Verdict::Rejected)
     }
 
-    /// Whether the filter had to be reopened for any axis.
+    /// Whether the filter was reset to the measurement in any axis.
     #[must_use]
     pub fn any_reopened(&self) -> bool {
         self.innovations().any(|axis| axis.verdict == Verdict::Reopened)
@@ -54,8 +54,8 @@ impl Report {
         self.covariance_reset
     }
 
-    /// Whether the fixes of the last seconds were biased. Then the biases of the inertial unit may have stepped, and
-    /// their covariance was widened.
+    /// Whether the fixes of the last seconds were biased. Then a bias of the inertial unit may have changed in a step,
+    /// and the covariance of the biases was widened.
     #[must_use]
     pub const fn biases_were_opened(&self) -> bool {
         self.biases_opened
@@ -105,7 +105,7 @@ pub enum Unusable {
     AheadOfImu,
     /// The same position and velocity as the previous fix during motion: the receiver repeats itself.
     Repeated,
-    /// Too soon after the last used one: the noise of the reference hides any difference.
+    /// Too soon after the last used reading: the noise of the reference hides any difference.
     TooSoon,
     /// The layout has no state for this sensor.
     NoState,
@@ -136,8 +136,9 @@ pub enum Unusable {
 }
 
 impl Unusable {
-    /// Whether the reason is a fault. No faults are readings that come too soon, or before heading, roll and pitch are
-    /// known. Nor are readings beyond a rangefinder's range, without a state in the filter, or repeated by a logger.
+    /// Whether the reason is a fault. A reading that comes too soon, or before heading, roll and pitch are known, is
+    /// not a fault. Neither is a reading beyond a rangefinder's range, without a state in the filter, or repeated by a
+    /// logger.
     #[must_use]
     pub const fn is_fault(self) -> bool {
         match self {

@@ -11,26 +11,27 @@ use super::super::trace::Trace;
 use super::{Report, ScalarMeasurement};
 use crate::earth::Local;
 
-/// One-sigma of the rate of a vehicle at rest over a second, rad/s: wind, hands, warming up.
+/// One-sigma of the rate of a vehicle at rest over a second, rad/s, due to wind, hands and warming up.
 const RATE_SIGMA_RADPS: f64 = 0.003;
 /// One-sigma of the velocity of a vehicle at rest, m/s.
 const VELOCITY_SIGMA_MPS: f64 = 0.1;
 
-/// One-sigma of the change of a gyro bias when a vehicle sets off, rad/s, unless the assumed one-sigma of the bias is
-/// smaller: shaking rectifies, motors warm the inertial unit. The rest itself has measured the bias since power-on.
+/// One-sigma of the change of a gyro bias when a vehicle starts to move, rad/s. The assumed one-sigma of the bias
+/// applies if it is smaller. Vibration is rectified, and motors warm the inertial unit. The bias since power-on was
+/// measured during the rest.
 const SHAKEN_RADPS: f64 = 0.003;
 
 const RATES: [Channel; 3] = [Channel::RestRateX, Channel::RestRateY, Channel::RestRateZ];
 const VELOCITIES: [Channel; 3] =
     [Channel::RestVelocityNorth, Channel::RestVelocityEast, Channel::RestVelocityDown];
 
-/// Change of gyro biases between rest and motion: limited by their assumed size and by the effect of shaking, until a
-/// rest after a motion has shown less.
+/// Change of gyro biases between rest and motion. Its variance is limited by the assumed variance of the biases and by
+/// the effect of vibration. A rest after a motion may show a smaller variance.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super) struct BiasShift {
     /// Variance, (rad/s)²; infinite before the first rest after a motion.
     learned: f32,
-    /// Whether the last second but one was at rest, or nothing is known of it.
+    /// Whether the vehicle has stayed at rest since the last update at rest; true before the first one.
     rests: bool,
 }
 
@@ -38,7 +39,7 @@ impl BiasShift {
     /// State before the first rest.
     pub const UNKNOWN: Self = Self { learned: f32::INFINITY, rests: true };
 
-    /// Variance to which the biases open when a rest ends.
+    /// Variance to which the bias variances are raised when a rest ends, (rad/s)².
     fn variance(&self, assumed: f64) -> f64 {
         f64::from(self.learned).min(assumed).min(square(SHAKEN_RADPS))
     }
@@ -76,7 +77,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.bias_shift.learn(stepped.fold(0.0, f64::max));
         }
         let velocity = self.state.velocity_mps.to_array();
-        // A vehicle may glide as smoothly as one at rest: the mean velocity of the fixes limits how far it is at rest.
+        // A vehicle may glide as smoothly as a vehicle at rest. So the noise of the zero velocity includes the mean
+        // velocity of the fixes.
         let fixes_mps = self.samples.rest.fixes_mean_mps();
         let mut axes = [const { None }; 6];
         let (rates, velocities) = axes.split_at_mut(3);

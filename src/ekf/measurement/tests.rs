@@ -169,8 +169,8 @@ fn fix_errors(age_s: f64) -> Vec<[f64; N]> {
 /// Index of the first position axis of a fix: velocity comes first.
 const POSITION_AXES: usize = 3;
 
-/// Terms that the sensitivity of a fix neglects. Over an age L: second order in the rotation |ω| L and the acceleration
-/// |f| L of the way back. In a bias: the rotation of the arm.
+/// Terms that the sensitivity of a fix neglects. For an age L: second order in the rotation |ω| L and in the velocity
+/// change |f| L over this age. For a bias: the rotation of the arm.
 fn allowed_for_fix(age_s: f64) -> impl Fn(usize, usize) -> f64 {
     let (rate, force) = (1.0, 12.0);
     move |axis, state| {
@@ -179,7 +179,7 @@ fn allowed_for_fix(age_s: f64) -> impl Fn(usize, usize) -> f64 {
         let age_s = if position { age_s + 0.08 } else { age_s };
         let steps = if position { age_s } else { 1.0 };
         1e-5 + match state {
-            // Transport and Earth rate turn the way back by 1e-4 rad/s.
+            // Transport and Earth rate turn the velocity change over the age by 1e-4 rad/s.
             0..9 => 2e-3 * age_s * steps,
             // The attitude error by a gyro bias turns the specific force.
             9..12 => force * age_s * age_s * steps + rate * age_s,
@@ -187,7 +187,7 @@ fn allowed_for_fix(age_s: f64) -> impl Fn(usize, usize) -> f64 {
             // The acceleration is the mean from 0.06 s before to 0.06 s after, or to now: half of that late. The
             // antenna's own acceleration relative to the inertial unit, 0.7 m of arm, is neglected.
             26 if !position => 0.5 * 0.06 * rate * force + 0.2,
-            // The body rate changes within a step: 0.01 rad/s on the arm of the antenna.
+            // The body rate changes within a sample interval: 0.01 rad/s on the arm of the antenna.
             _ => 1e-2,
         }
     }
@@ -202,7 +202,7 @@ fn a_fix_on_time_sees_the_states_as_its_sensitivity_says() {
 
 #[test]
 fn a_late_fix_sees_the_states_as_its_sensitivity_says() {
-    // In the middle of a step: at its ends the rate of the body jumps.
+    // In the middle of a sample interval: at its ends the rate of the body jumps.
     for age_s in [0.055, 0.155, 0.305] {
         assert_exact(&fix_errors(age_s), allowed_for_fix(age_s));
     }

@@ -12,7 +12,7 @@ use super::super::{single, square};
 use super::Report;
 use crate::time::Time;
 
-/// A scalar measurement ready to be compared: innovation, sensitivity, variance.
+/// A scalar measurement ready to be compared: innovation, noise variance, sensitivity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ScalarMeasurement<T> {
     pub channel: Channel,
@@ -58,12 +58,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Compares one axis after the other, gates it and corrects the state. Each group is rejected or accepted as a
     /// whole. The outcome is written to `report`, which is empty before: it is large, and returning it would copy it.
     ///
-    /// Returns the shift, m, north and east, of the expected position of the next fix: the shift of the position and of
-    /// its slow error.
+    /// Returns the shift, m, north and east, of the expected position of the next fix. It is the shift of the position
+    /// plus that of its slow error.
     ///
     /// # Source
     /// Equation (K8) of docs/equations.md.
-    // Its stack frame is large; inlined, it would lie beneath everything else that its caller calls.
+    // Not inlined, because its large stack frame would otherwise be part of the caller's.
     #[inline(never)]
     pub(super) fn compare(
         &mut self,
@@ -86,8 +86,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 trace.updated(&sensitivity, gain, innovation.wide());
             }
         };
-        // A receiver that contradicts itself is accepted if all axes of a fix agree with the filter within the noise of
-        // the fix, and horizontally if the horizontal axes do: its heights may be those of two levels.
+        // A fix of a receiver with a proven contradiction may be accepted: all its axes must agree with the filter
+        // within the noise of the fix. Its horizontal axes are accepted if they alone agree: its heights may belong to
+        // two different levels.
         let near = T::of(square(self.config.gate.sigmas));
         let are_near = |with_vertical: bool| {
             let mut axes = innovations.iter().zip(&noise).enumerate();
@@ -104,7 +105,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             while end < axes.len() && groups[end] == groups[first] {
                 end += 1;
             }
-            // `end` never exceeds the length: the minimum is for an optimiser for size, which cannot derive that.
+            // `end` never exceeds the length: the minimum helps an optimiser for size, which cannot derive this.
             let members = first..end.min(axes.len());
             first = end;
             let Some(group) = groups[members.start] else { continue };
@@ -180,8 +181,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             .map(|axis| at(POSITION + axis) + L::GPS_POSITION.map_or(0.0, |first| at(first + axis)))
     }
 
-    /// Before a position is fused: notifies the gates if this fix first makes the position known. It does if the
-    /// `variance` of the position is large compared to the `noise` of the fix, both in m².
+    /// Before a position is fused: notifies the gates if this fix first makes the position known. This is the case if
+    /// the `variance` of the position is large compared to the `noise` of the fix, both in m².
     fn judge_position(&mut self, variance: f64, noise: f64) {
         let wander_m = self.gps_wander.map_or(0.0, |[level, ..]| level.into());
         if variance > square(UNKNOWN) * square(wander_m).max(noise) {
@@ -189,8 +190,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Opens the velocity along the axis of a position whose receiver reports no velocity: the innovation of the
-    /// position arose within `lost_s`.
+    /// Raises the variance of the velocity along the axis of a position whose receiver reports no velocity. The
+    /// innovation of the position arose within `lost_s`, s.
     #[inline(never)]
     fn reopen_motion(&mut self, axis: &Compared<T>, lost_s: f64) {
         let opened = square(axis.innovation.wide() / lost_s.max(LEAST_LOST_S));
@@ -201,7 +202,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// Opens a component of the horizontal velocity by the variance `opened`, (m/s)², and the attitude with it.
+    /// Raises the variance of a component of the horizontal velocity by `opened`, (m/s)², and the variances of the
+    /// attitude.
     fn reopen_level_velocity(&mut self, state: usize, opened: f64) {
         self.covariance.add_variance(state, opened);
         // A velocity error of this size came through the attitude.
@@ -210,7 +212,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
     }
 
-    /// Opens the states that an axis measures by the size of its innovation.
+    /// Raises the variances of the states that an axis measures by the square of its innovation.
     ///
     /// # Source
     /// Equation (K9) of docs/equations.md.
@@ -222,8 +224,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Channel::PositionEast => self.covariance.add_variance(POSITION + 1, opened),
             Channel::PositionDown => {
                 self.covariance.add_variance(POSITION + 2, opened);
-                // If a barometer agrees with the filter, its level was wrong too: it is opened together with the
-                // height.
+                // If a barometer agrees with the filter, its level was wrong too. The variance of the level is then
+                // raised together with that of the height.
                 if let Some(level) = L::BARO.filter(|_| self.gates.barometer_agrees(time)) {
                     self.covariance.add_variance(level, opened);
                     let cross = self.covariance.value(POSITION + 2, level).wide();
@@ -259,7 +261,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
             // The check for wheels comes before the comparison, so these axes are never rejected.
             Channel::WheelsRight | Channel::WheelsDown => {}
-            // Its group has no gate that could reopen.
+            // Its group has no gate, so the filter is never reset to it.
             Channel::Own(_) => {}
             Channel::Range => {
                 if let Some(state) = L::GROUND {
@@ -275,11 +277,12 @@ const fn is_vertical(index: usize) -> bool {
     index % 3 == 2
 }
 
-/// Factor by which the one-sigma of a position exceeds that of the fix if the position was unknown before.
+/// Ratio of the position's one-sigma to that of the fix above which the position was unknown before the fix.
 const UNKNOWN: f64 = 2.0;
-/// Least time, s, for which a position counts as not fused when it opens a velocity.
+/// Minimum time without a fused position, s, assumed when the variance of the velocity is raised.
 const LEAST_LOST_S: f64 = 1.0;
-/// One-sigmas by which tilt (3°) and heading (17°) are opened together with a horizontal velocity, rad: a large
-/// velocity error came through the attitude.
+/// One-sigma added to roll and pitch (3°) together with a horizontal velocity, rad: a large velocity error came through
+/// the attitude.
 const REOPENED_TILT_RAD: f64 = 0.05;
+/// One-sigma added to the heading (17°) together with a horizontal velocity, rad.
 const REOPENED_HEADING_RAD: f64 = 0.3;

@@ -1,4 +1,4 @@
-//! Slow errors of fixes, which several fixes in a row share.
+//! Slow errors of fixes, common to several successive fixes.
 
 use super::super::covariance::{Relaxation, Transition};
 use super::super::filter::Ekf;
@@ -18,8 +18,8 @@ pub(super) struct GpsNoise {
 const STEADY: f64 = 1.25;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Splits the one-sigmas of a fix, of position and velocity, into a white part and a slow part. It sets the states
-    /// of the slow errors to match; the first fix opens them.
+    /// Splits the one-sigmas of a fix, of position and velocity, into a white part and a slow part. It adapts the
+    /// states of the slow errors; the first fix sets their initial variances.
     ///
     /// # Source
     /// Equation (M5) of docs/equations.md.
@@ -96,7 +96,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    // Not inlined, so that its stack frame does not lie beneath every fix.
+    // Not inlined, so that its stack frame is not part of every fix's.
     #[inline(never)]
     fn open_wanders(&mut self, [position_h, position_v, velocity_h, velocity_v]: [f64; 4]) {
         if let Some(first) = L::GPS_POSITION {

@@ -12,12 +12,12 @@ use super::super::{single, square};
 use super::{Report, ScalarMeasurement};
 use crate::frames::{Body, Vector};
 
-/// Possible errors of a vehicle that was held to a road while it left that road: velocity, m/s, and tilt, rad, by which
-/// the filter explained the velocity.
+/// Possible velocity error, m/s, of a vehicle that left its road during the wheel constraint.
 const OFF_ROAD_MPS: f64 = 2.0;
+/// Possible tilt error, rad, by which the filter explained that velocity error.
 const OFF_ROAD_TILT_RAD: f64 = 0.05;
 
-/// The velocity across the line along which the vehicle rolls.
+/// Velocity across the direction of travel of a vehicle on wheels.
 struct Slip<T> {
     seen: Seen,
     /// Residual velocity across, m/s, and its variance, (m/s)², if the vehicle rolls on wheels.
@@ -43,8 +43,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         wheels.observe_velocity(self.state.time, &right, &down, single(bank));
     }
 
-    /// Holds a vehicle on `wheels` to its road while fixes are absent; call it after [`predict`](Self::predict). `None`
-    /// if nothing is due, or if the vehicle does not move like one on wheels.
+    /// Applies the constraint of `wheels` while fixes are absent; call it after [`predict`](Self::predict). `None` if
+    /// the constraint is not due, or if the motion is impossible on wheels.
     ///
     /// # Source
     /// Equation (M17) of docs/equations.md.

@@ -1,12 +1,12 @@
 use super::*;
 
-/// State after a drive of `seconds` at 10 m/s with turns to both sides. `right` and `down` give the velocities
-/// across from time and turn rate.
 /// Motion straight on at a speed.
 const fn at(forward_mps: f32) -> Seen {
     Seen { forward_mps, rate_radps: 0.0, force_mps2: 0.0, across_mps: 0.0, own_variance: 0.0025 }
 }
 
+/// State after a drive of `seconds` at 10 m/s with turns to both sides. `right` and `down` give the velocities across
+/// from time and turn rate.
 fn driven(
     seconds: u32,
     right: impl Fn(f32, f32) -> f32,
@@ -16,7 +16,7 @@ fn driven(
     banked(seconds, right, down, -0.05)
 }
 
-/// Same drive; the sine of the bank is `share` of the centripetal acceleration in g.
+/// State after the same drive as `driven`; the sine of the bank is `share` of the centripetal acceleration in g.
 fn banked(
     seconds: u32,
     right: impl Fn(f32, f32) -> f32,

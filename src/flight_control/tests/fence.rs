@@ -1,4 +1,4 @@
-//! The fence: reached, obeyed, left.
+//! Tests of the fence: the vehicle reaches it, returns, and is inside again.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Programmes of test inputs.
+//! Tests of programmes of test inputs.
 
 use super::*;
 use crate::autopilot::{

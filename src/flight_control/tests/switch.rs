@@ -1,4 +1,4 @@
-//! A switch that is closed at the start, and one that bounces.
+//! Tests of a switch that is closed at the start, and of a switch that bounces.
 
 use super::*;
 

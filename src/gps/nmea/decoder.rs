@@ -1,4 +1,4 @@
-//! From NMEA sentences to one fix per epoch.
+//! One fix per epoch from NMEA sentences.
 
 use super::framer::Framer;
 use super::sentence::{
@@ -11,8 +11,8 @@ use crate::gps::{DilutionOfPrecision, MessageCounts, ReceiverFix, ReceiverTime};
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// Silence of a line that separates two epochs, s. A rate of 10 Hz leaves 100 ms for both, and a loop at 33 Hz reads
-/// every 30 ms.
+/// Silence of the serial line that separates two epochs, s. At 10 Hz an epoch and the silence after it last 100 ms, and
+/// a loop at 33 Hz reads every 30 ms.
 const SILENCE_S: f64 = 0.05;
 
 const GGA: Kinds = 1;
@@ -29,22 +29,23 @@ const GST: Kinds = 32;
 /// next epoch starts. The first two fixes are therefore late by an epoch; [`flush`](Self::flush) on a silent line
 /// delivers any fix at once.
 ///
-/// * Position comes from GGA, else GNS, else RMC (which has no height). The epoch has no fix if *any* of its
-///   sentences reports none. For GGA this is quality 0 or 6 to 8, for RMC status V or mode N, E, M, S or U, for GSA
-///   mode 1. GNS reports none without a valid mode. RMC and GNS report none with the navigational status U.
-/// * Velocity comes from RMC, or from VTG if the receiver sends no RMC. Down velocity is unknown. At rest
-///   many receivers leave the course empty: then only the ground speed is known.
+/// * Position comes from GGA, else GNS, else RMC (which has no height). The epoch has no fix if *any* of its sentences
+///   reports that there is no fix. GGA reports this by quality 0 or 6 to 8, RMC by status V or mode N, E, M, S or U,
+///   and GSA by mode 1. GNS reports it by the lack of a valid mode. RMC and GNS also report it by the navigational
+///   status U.
+/// * Velocity comes from RMC, or from VTG if the receiver sends no RMC. Down velocity is unknown. At rest many
+///   receivers leave the course empty; then only the ground speed is known.
 /// * One-sigmas come from GST; without GST they are unknown.
-/// * The date comes from RMC, unchecked: a receiver past its week rollover sends a wrong one.
+/// * The date comes from RMC, unchecked: a receiver past its week rollover sends a wrong date.
 ///
-/// VTG and GSA belong to the burst in which they arrive: before the position if silence precedes them, else after.
-/// This requires reading the line at least every 50 ms. A log replayed without arrival times is read correctly if
-/// they follow the position.
+/// VTG and GSA belong to the burst in which they arrive: before the position if silence precedes them, else after. This
+/// requires reading the line at least every 50 ms. A log without arrival times is read correctly if VTG and GSA follow
+/// the position.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     framer: Framer,
     epoch: Epoch,
-    /// Sentences without time at the beginning of a burst.
+    /// Data of sentences without time at the beginning of a burst.
     leading: Option<Epoch>,
     cycle: Cycle,
     last_arrival: Option<Time>,
@@ -74,7 +75,7 @@ impl Decoder {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
-        // Turns: at most one per byte: each takes a sentence from `bytes`.
+        // Number of iterations: at most one per byte, because each iteration takes a sentence from `bytes`.
         loop {
             let line = self.framer.next(bytes, arrival)?;
             let started = line.arrival;
@@ -118,7 +119,7 @@ impl Decoder {
         }
     }
 
-    /// Adds a sentence to its epoch. Returns the fix of the previous epoch, if it is still undelivered.
+    /// Adds a sentence to its epoch. Returns the fix of the previous epoch, if this fix is not delivered yet.
     fn accept(
         &mut self,
         sentence: &Sentence,
@@ -149,7 +150,7 @@ impl Decoder {
             };
             self.leading = None;
         } else if let Some(leading) = self.leading.take() {
-            // These sentences were not the start of the next burst, but the rest of this one.
+            // These sentences are not the start of the next burst, but the rest of this burst.
             self.epoch.join(&leading);
         }
         self.epoch.add(sentence);
@@ -162,7 +163,7 @@ impl Decoder {
         if self.cycle.is_complete() { self.finish() } else { None }
     }
 
-    /// Ends the current epoch. Returns its fix, if there is one and it is still undelivered.
+    /// Ends the current epoch. Returns its fix, if there is one that is not delivered yet.
     fn finish(&mut self) -> Option<ReceiverFix> {
         let time_of_day_ns = self.epoch.time_of_day_ns?;
         if core::mem::replace(&mut self.epoch.over, true) {

@@ -13,7 +13,7 @@ pub(super) struct Malformed;
 /// Latitude north and longitude east, degrees, before the range check.
 pub(super) type Degrees = (f64, f64);
 
-/// The fields that are still unread.
+/// The fields that have not been read yet.
 #[derive(Clone, Debug)]
 pub(super) struct Fields<'a>(Option<&'a [u8]>);
 
@@ -28,7 +28,7 @@ impl<'a> Fields<'a> {
         self.0.is_none()
     }
 
-    /// The next field, as sent.
+    /// The next field, as the receiver sent it.
     pub fn text(&mut self) -> Result<&'a [u8], Malformed> {
         let rest = self.0.ok_or(Malformed)?;
         let (field, rest) = split_at(rest, b',').map_or((rest, None), |(a, b)| (a, Some(b)));
@@ -45,7 +45,7 @@ impl<'a> Fields<'a> {
 
     /// Skips `count` fields, which must be present.
     pub fn skip(&mut self, count: usize) -> Result<(), Malformed> {
-        // Turns: at most one per field: a field after the last is an error.
+        // Number of iterations: at most one per field, because reading beyond the last field is an error.
         for _ in 0..count {
             self.text()?;
         }
@@ -71,7 +71,7 @@ impl<'a> Fields<'a> {
         Ok(single(self.text()?).filter(u8::is_ascii_digit))
     }
 
-    /// Checks that the next field is the letter of a unit, or empty.
+    /// Checks that the next field is the unit `letter`, or empty.
     pub fn unit(&mut self, letter: u8) -> Result<(), Malformed> {
         match self.text()? {
             [] => Ok(()),
@@ -130,8 +130,8 @@ impl<'a> Fields<'a> {
         days_since_1970(century + year, month, day).map(Some).ok_or(Malformed)
     }
 
-    /// Latitude `ddmm.mmm`, its letter, longitude `dddmm.mmm`, its letter; `None` for another number of digits, or
-    /// for 60 minutes or more.
+    /// The next four fields: latitude `ddmm.mmm`, its letter, longitude `dddmm.mmm`, its letter. `None` for another
+    /// number of digits, or for 60 minutes or more.
     pub fn place(&mut self) -> Result<Option<Degrees>, Malformed> {
         let (latitude, south) = (self.text()?, self.text()?);
         let (longitude, west) = (self.text()?, self.text()?);
@@ -165,7 +165,7 @@ fn single(field: &[u8]) -> Option<u8> {
     }
 }
 
-/// Degrees from digits; the last two before the point are minutes.
+/// Degrees from digits; the last two digits before the point are whole minutes.
 fn angle(field: &[u8], degree_digits: usize) -> Option<f64> {
     let whole_digits = split_at(field, b'.').map_or(field, |(before, _)| before);
     let (degrees, minutes) = field.split_at_checked(degree_digits)?;
@@ -175,7 +175,7 @@ fn angle(field: &[u8], degree_digits: usize) -> Option<f64> {
     Some(f64::from(whole(degrees)?) + decimal(minutes).filter(|minutes| *minutes >= 0.0)? / 60.0)
 }
 
-/// A number of at most nine digits, without any other character.
+/// A number of one to nine digits, without any other character.
 fn whole(field: &[u8]) -> Option<u32> {
     if field.is_empty() || field.len() > 9 {
         return None;

@@ -1,17 +1,17 @@
-//! Sentences from bytes: `$body*hh`, the checksum required.
+//! Sentences `$body*hh` from bytes; the checksum is required.
 
 use crate::time::Time;
 
-/// The longest accepted body. The standard allows 82 characters in all; receivers send up to 100.
+/// Length of the longest accepted body. The standard allows 82 characters in a sentence; receivers send up to 100.
 const MAX_BODY: usize = 128;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
-    /// Before a `$`.
+    /// Outside a sentence, before a `$`.
     Outside,
-    /// Between `$` and `*`.
+    /// In the body, between `$` and `*`.
     Body,
-    /// At the first or, with its value, the second digit of the checksum.
+    /// In the checksum: at the first digit, or at the second digit with the value of the first.
     Checksum(Option<u8>),
 }
 
@@ -23,7 +23,7 @@ pub(super) struct Line<'a> {
     pub arrival: Time,
 }
 
-/// Finds sentences in a stream that is cut into any pieces, with anything between them.
+/// Finds sentences in a stream that arrives in any pieces, with any bytes between the sentences.
 #[derive(Clone, Debug)]
 pub(super) struct Framer {
     state: State,
@@ -50,7 +50,7 @@ impl Default for Framer {
 impl Framer {
     /// Consumes `bytes` up to the end of the next sentence; `None` when all bytes are consumed.
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Line<'a>> {
-        // Turns: one per byte.
+        // Number of iterations: one per byte.
         loop {
             let (byte, rest) = bytes.split_first()?;
             *bytes = rest;
@@ -66,7 +66,7 @@ impl Framer {
         self.broken
     }
 
-    /// Takes one byte; returns whether it completes a valid sentence.
+    /// Processes one byte; returns whether it completes a valid sentence.
     fn advance(&mut self, byte: u8, arrival: Time) -> bool {
         match (self.state, byte) {
             (State::Outside, b'$') => self.start(arrival),

@@ -52,11 +52,11 @@ pub(super) enum Content {
     Gsa(Geometry),
     /// Sentence GST: one-sigma of position, north, east, down, m.
     Gst(Option<Vector<Ned>>),
-    /// The receiver reports that it has no fix, or no usable one.
+    /// The receiver reports that it has no fix, or no usable fix.
     NoFix,
 }
 
-/// The sentences that make a fix.
+/// The kinds of sentences that contribute to a fix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Gga,
@@ -77,7 +77,7 @@ pub(super) struct Sentence {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rejection {
-    /// A sentence that does not contribute to a fix.
+    /// A sentence of a kind that does not contribute to a fix.
     Unknown,
     /// The text of the sentence does not match its name.
     Malformed,
@@ -142,7 +142,7 @@ fn gga(mut fields: Fields<'_>) -> Reading {
         b'3' => None,
         b'4' => Some(Correction::RtkFixed),
         b'5' => Some(Correction::RtkFloat),
-        // No fix, dead reckoning, manual input, simulation.
+        // The other qualities: no fix, dead reckoning, manual input, simulation.
         _ => return Ok(Content::NoFix),
     };
     Ok(Content::Gga(Position {
@@ -194,11 +194,11 @@ fn rmc(mut fields: Fields<'_>) -> Reading {
     let place = fields.place()?;
     let (speed_knots, direction_deg) = (fields.number()?, fields.number()?);
     let day = fields.day()?;
-    // Sent in too many forms for a check of the sentence, and not used.
+    // The magnetic variation is not used, and receivers send it in too many forms for a check of the sentence.
     fields.skip(2)?;
     let mode = fields.optional_letter()?;
     let is_unsafe = fields.optional_letter()? == Some(b'U');
-    // No data, dead reckoning, manual input, simulation, unsafe.
+    // Status or mode of no data, dead reckoning, manual input, simulation, or unsafe.
     if status == b'V' || is_unsafe || mode.is_some_and(|mode| b"NEMSU".contains(&mode)) {
         return Ok(Content::NoFix);
     }
@@ -231,7 +231,7 @@ fn gsa(mut fields: Fields<'_>) -> Reading {
         Some(b'3') => Dimension::ThreeD,
         _ => return Err(Rejection::Malformed),
     };
-    // Some receivers send more or fewer satellites: their numbers would be read as dilutions.
+    // Some receivers send more or fewer satellites; without a check the satellite numbers would be read as dilutions.
     for _ in 0..12 {
         fields.count()?;
     }
@@ -291,8 +291,8 @@ fn ground_velocity(
         .ok_or(Rejection::Impossible)
 }
 
-/// A dilution above 0 and below 1000. Receivers send 0, 50 or 99.9 for an unknown one; the limit for use belongs to the
-/// quality checks.
+/// A dilution above 0 and below 1000. Receivers send 0, 50 or 99.9 for an unknown dilution; the quality checks apply
+/// the limit for use.
 fn dilution(value: Option<f64>) -> Option<f64> {
     value.filter(|value| *value > 0.0 && *value < 1e3)
 }

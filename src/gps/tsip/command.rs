@@ -60,7 +60,7 @@ impl Command {
 /// A command in the format of the line, with its stuffing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// The longest command has four bytes of data, each possibly doubled.
+    /// Buffer for the longest command: four bytes of data, each possibly doubled.
     bytes: [u8; 12],
     length: usize,
 }
@@ -127,7 +127,8 @@ impl Default for Startup {
 }
 
 impl Startup {
-    /// Time after which an unanswered command is repeated, s: the answer may be queued after the reports of a second.
+    /// Time after which an unanswered command is repeated, s. The answer may be queued behind the reports of one
+    /// second.
     pub const RETRY_S: f64 = 2.0;
 
     /// A start-up sequence for the reports of `wanted`.

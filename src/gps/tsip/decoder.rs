@@ -1,4 +1,4 @@
-//! From TSIP reports to one fix per second.
+//! One fix per second from TSIP reports.
 
 use super::values::{CompleteFix, Position, Velocity, correction, in_week, leap_seconds};
 use super::{Framer, Health, IoOptions, Report, ReportError, SatelliteSelection};
@@ -17,8 +17,8 @@ const SATELLITES_LAST_S: f64 = 10.0;
 
 /// Turns a TSIP stream into fixes.
 ///
-/// A fix needs position (0x84, or 0x83 or 0x42) and velocity (0x56 or 0x43) of one time of fix, or a superpacket
-/// (0x8F-20, 0x8F-23) alone. It is delivered as soon as they have arrived. A position without velocity is delivered
+/// A fix needs position (0x84, 0x83 or 0x42) and velocity (0x56 or 0x43) of one time of fix, or a superpacket (0x8F-20,
+/// 0x8F-23) alone. The fix is delivered as soon as these reports have arrived. A position without velocity is delivered
 /// when the second ends (0x82) or the next begins. The packet 0x4A has steps of 2 m and gives no fix. Satellites and
 /// dilutions are those of the last 0x6D, which follows the fix that it describes.
 ///
@@ -92,7 +92,7 @@ impl Decoder {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
-        // Turns: at most one per byte: each takes the end of a packet from `bytes`.
+        // Number of iterations: at most one per byte, because each iteration takes the end of a packet from `bytes`.
         loop {
             let packet = self.framer.next(bytes, arrival)?;
             let packet_arrival = packet.arrival;
@@ -125,7 +125,8 @@ impl Decoder {
         self.ready.take().or_else(|| self.finish())
     }
 
-    /// Reports that the receiver last confirmed (0x55); `None` before the first 0x55, and after a restart.
+    /// Settings of the reports that the receiver last confirmed (0x55); `None` before the first 0x55, and after a
+    /// restart.
     #[must_use]
     pub fn io_options(&self) -> Option<IoOptions> {
         self.options
@@ -146,8 +147,8 @@ impl Decoder {
         }
     }
 
-    /// Processes a report. Returns the fix of the epoch before the report's, if any; a fix that the report completes
-    /// is stored in `ready`.
+    /// Processes a report. Returns the fix of the previous epoch, if the report ends this epoch and it has a fix. A fix
+    /// that the report completes is stored in `ready`.
     fn accept(&mut self, report: &Report, arrival: Time) -> Option<ReceiverFix> {
         match report {
             Report::GpsTime(time) => {
@@ -165,8 +166,8 @@ impl Decoder {
                 None
             }
             Report::Version(_) => {
-                // Sent after a restart, or on a request that Startup never makes. The receiver has forgotten its
-                // settings.
+                // The receiver sends this report after a restart, or on a request that Startup never makes. After a
+                // restart its settings are lost.
                 self.options = None;
                 None
             }
@@ -289,8 +290,8 @@ impl Decoder {
         None
     }
 
-    /// Opens the epoch of `time_of_fix_s`, unless it is already over. Returns the fix of the previous epoch, if it is
-    /// still undelivered.
+    /// Opens the epoch of `time_of_fix_s`, unless it has already ended. Returns the fix of the previous epoch, if this
+    /// fix is not delivered yet.
     fn open(&mut self, time_of_fix_s: f64, arrival: Time) -> Option<ReceiverFix> {
         let is_this = |other_s: f64| libm::fabs(other_s - time_of_fix_s) < SAME_EPOCH_S;
         if self.epoch.is_some_and(|epoch| is_this(epoch.time_of_fix_s)) {

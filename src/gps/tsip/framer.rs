@@ -7,7 +7,7 @@ pub(super) const DLE: u8 = 0x10;
 /// Ends a packet after an odd number of [`DLE`].
 pub(super) const ETX: u8 = 0x03;
 
-/// The longest accepted payload, bytes; the longest report read is 64.
+/// Length of the longest accepted payload, bytes; the longest report that the decoder reads has 64.
 pub const MAX_PAYLOAD: usize = 255;
 
 /// A packet without its stuffing.
@@ -33,16 +33,16 @@ enum State {
     InsideEscaped,
 }
 
-/// Finds packets in a stream that is cut into any pieces.
+/// Finds packets in a stream that arrives in any pieces.
 ///
-/// A start on the second byte of a doubled 0x10, in the middle of a packet, may interpret data as the start of a
+/// A stream that begins with the second byte of a doubled 0x10, inside a packet, may make data look like the start of a
 /// packet. The first packet of a stream is therefore the least reliable.
 #[derive(Clone, Debug)]
 pub struct Framer {
     state: State,
     id: u8,
     payload: [u8; MAX_PAYLOAD],
-    /// Bytes of payload; beyond the buffer's end they are only counted.
+    /// Length of the payload, bytes; bytes beyond the buffer's end are only counted.
     length: usize,
     arrival: Time,
     /// Arrival of the 0x10 outside a packet.
@@ -68,13 +68,13 @@ impl Framer {
     /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next packet; `None` when all bytes are
     /// consumed.
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Packet<'a>> {
-        // Turns: at most one per byte: each takes one or more.
+        // Number of iterations: at most one per byte, because each iteration takes one byte or more.
         while !self.advance(bytes, arrival)? {}
         let payload = self.payload.get(..self.length)?;
         Some(Packet { id: self.id, payload, arrival: self.arrival })
     }
 
-    /// Number of packets cut off by the start of another, or longer than any known one.
+    /// Number of packets that were cut off by the start of another packet, or were longer than any known packet.
     #[must_use]
     pub fn broken(&self) -> u32 {
         self.broken

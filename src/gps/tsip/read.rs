@@ -11,7 +11,7 @@ use crate::frames::Vector;
 /// Reason why a packet is not a report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReportError {
-    /// A report that is not read here.
+    /// A report that this module does not read.
     Unknown {
         /// The packet's id.
         id: u8,
@@ -29,7 +29,7 @@ impl Report {
     /// Reads a packet whose length must be exactly that of its kind. Values are as sent, without a range check.
     ///
     /// # Errors
-    /// [`ReportError::Unknown`] for unused packets, [`ReportError::Length`] for damaged ones.
+    /// [`ReportError::Unknown`] for unused packets, [`ReportError::Length`] for damaged packets.
     pub fn read(id: u8, payload: &[u8]) -> Result<Self, ReportError> {
         Self::parse(id, payload).ok_or_else(|| match (id, payload.first()) {
             (0x8F, None | Some(0x20 | 0x23))
@@ -160,7 +160,8 @@ impl Reader<'_> {
         })
     }
 
-    /// 56 bytes with 8 slots for satellites, or 64 with 12, each ending in 8 bytes on the ionosphere.
+    /// Reads a superpacket: 56 bytes with 8 slots for satellites, or 64 bytes with 12 slots. Both end with 8 bytes on
+    /// the ionosphere.
     ///
     /// Navigation needs only the first 32 bytes. Without a checksum, however, the exact length is the only sign of
     /// lost or added bytes.

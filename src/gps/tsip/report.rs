@@ -7,7 +7,7 @@ use crate::frames::{Ecef, Vector};
 pub struct GpsTime {
     /// Seconds since the start of the week, GPS time; −1 while unknown.
     pub time_of_week_s: f32,
-    /// Weeks since 6 January 1980; old firmware drops multiples of 1024.
+    /// Weeks since 6 January 1980; old firmware omits multiples of 1024.
     pub week: i16,
     /// GPS time minus UTC, s; 0 while unknown.
     pub utc_offset_s: f32,
@@ -40,15 +40,15 @@ pub struct VelocityXyz {
 pub struct Version {
     /// Navigation processor: major, minor, month, day, year minus 1900.
     pub navigation: [u8; 5],
-    /// Signal processor: major, minor, month, day, year minus 1900; later units count the year from 2000.
+    /// Signal processor: major, minor, month, day, year minus 1900; later receivers count the year from 2000.
     pub signal: [u8; 5],
 }
 
 /// 0x46: health of the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Health {
-    /// Status code. 0: computing fixes; 1: no GPS time; 2: needs initialisation; 3: PDOP too high. 8, 9, 10, 11: 0, 1, 2
-    /// or 3 usable satellites; 12: chosen satellite unusable.
+    /// Status code. 0: computing fixes; 1: no GPS time; 2: needs initialisation; 3: PDOP too high. 8, 9, 10, 11: 0, 1,
+    /// 2 or 3 usable satellites; 12: chosen satellite unusable.
     pub status: u8,
     /// Error bits. Bit 0: no battery back-up at start; bit 4: fault of the antenna line.
     pub errors: u8,
@@ -69,27 +69,27 @@ pub struct PositionLla {
     pub time_of_fix_s: f32,
 }
 
-/// 0x4B: the machine and its additional status.
+/// 0x4B: model and additional status of the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MachineStatus {
     /// Model of the receiver.
     pub machine: u8,
-    /// Bit 1 no real-time clock at power-up, bit 3 almanac incomplete.
+    /// Status bits. Bit 1: no real-time clock at power-up; bit 3: almanac incomplete.
     pub status_1: u8,
-    /// Bit 0 superpackets supported.
+    /// Status bits. Bit 0: superpackets supported.
     pub status_2: u8,
 }
 
-/// 0x55, and the data of command 0x35: the automatic reports and their form.
+/// 0x55, and the data of command 0x35: settings of the automatic reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IoOptions {
-    /// Bit 0 XYZ, 1 LLA, 2 heights above mean sea level, 4 double precision, 5 superpackets.
+    /// Position reports. Bit 0: XYZ; 1: LLA; 2: heights above mean sea level; 4: double precision; 5: superpackets.
     pub position: u8,
-    /// Bit 0 XYZ, 1 ENU.
+    /// Velocity reports. Bit 0: XYZ; 1: ENU.
     pub velocity: u8,
-    /// Bit 0 times are UTC.
+    /// Timing. Bit 0: times are UTC.
     pub timing: u8,
-    /// Bit 0 raw measurements, 3 signal levels in dB-Hz.
+    /// Auxiliary reports. Bit 0: raw measurements; 3: signal levels in dB-Hz.
     pub auxiliary: u8,
 }
 
@@ -130,7 +130,7 @@ pub struct VelocityEnu {
 /// 0x57: source of the last fix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LastFix {
-    /// 0 none, 1 a regular fix.
+    /// Source of the last fix: 0 no fix, 1 a regular fix.
     pub source: u8,
     /// The manufacturer's own code.
     pub diagnostic: u8,
@@ -143,13 +143,13 @@ pub struct LastFix {
 /// 0x5C: tracking of one satellite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracking {
-    /// Satellite.
+    /// PRN of the satellite.
     pub prn: u8,
-    /// Slot and channel, as sent.
+    /// Slot and channel, as the receiver sent them.
     pub channel: u8,
-    /// 0 never acquired, 1 acquired, 2 re-opened search.
+    /// State of acquisition: 0 never acquired, 1 acquired, 2 search started again.
     pub acquisition: u8,
-    /// Ephemeris flags, as sent.
+    /// Ephemeris flags, as the receiver sent them.
     pub ephemeris: u8,
     /// Signal level, AMU or dB-Hz according to [`IoOptions`].
     pub signal: f32,
@@ -159,7 +159,7 @@ pub struct Tracking {
     pub elevation_rad: f32,
     /// Azimuth, rad.
     pub azimuth_rad: f32,
-    /// Old measurement, integer-millisecond, bad-data and data-collection flags.
+    /// Flags: old measurement, integer millisecond, bad data and data collection.
     pub flags: [u8; 4],
 }
 
@@ -169,7 +169,7 @@ pub type SatelliteSlot = i8;
 /// 0x6D: the satellites used and the geometry they give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SatelliteSelection {
-    /// Bits 0 to 2 of the first byte: 3 a 2-D fix, 4 a 3-D fix.
+    /// Dimension of the fix, bits 0 to 2 of the first byte: 3 for a 2-D fix, 4 for a 3-D fix.
     pub dimension: u8,
     /// Whether satellites were chosen by hand.
     pub manual: bool,
@@ -187,10 +187,10 @@ impl SatelliteSelection {
     }
 }
 
-/// 0x82: differential mode, last in each second.
+/// 0x82: differential mode, the last report of each second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Differential {
-    /// Bit 0 this fix is corrected, bit 1 corrections are used when available.
+    /// Mode bits. Bit 0: this fix is corrected; bit 1: corrections are used when available.
     pub mode: u8,
 }
 
@@ -209,7 +209,7 @@ pub struct Superpacket {
     /// Velocity east, north, up, in counts of [`velocity_step_mps`](Self::velocity_step_mps);
     /// −32768 for overflow.
     pub velocity_counts: [i16; 3],
-    /// Metres per second of one count: 0.005 or 0.020.
+    /// Velocity of one count, m/s: 0.005 or 0.020.
     pub velocity_step_mps: f64,
     /// Milliseconds since the start of the week, GPS time.
     pub time_of_week_ms: u32,
@@ -219,9 +219,9 @@ pub struct Superpacket {
     pub longitude_semicircles: u32,
     /// Height above the ellipsoid, mm.
     pub height_mm: i32,
-    /// Datum number plus one: 1 is WGS-84, 0 not given.
+    /// Datum number plus one: 1 is WGS-84; 0: datum not given.
     pub datum: u8,
-    /// Bit 0 no fix, 1 differential, 2 2-D, 3 height fixed, 4 filtered.
+    /// Bits of the fix. Bit 0: no fix; 1: differential; 2: 2-D; 3: height fixed; 4: filtered.
     pub fix: u8,
     /// Satellites used.
     pub satellites: u8,
@@ -241,7 +241,7 @@ impl Superpacket {
     }
 }
 
-/// 0x8F-23: a complete fix in one short packet, of later units.
+/// 0x8F-23: a complete fix in one short packet, sent by later receivers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compact {
     /// Milliseconds since the start of the week, GPS time.
@@ -250,7 +250,7 @@ pub struct Compact {
     pub week: u16,
     /// GPS time minus UTC, s.
     pub leap_seconds: u8,
-    /// Bit 0 no fix, 1 differential, 2 2-D, 5 velocity in steps of 0.020 m/s.
+    /// Bits of the fix. Bit 0: no fix; 1: differential; 2: 2-D; 5: velocity in steps of 0.020 m/s.
     pub fix: u8,
     /// Latitude in 2⁻³¹ half-turns.
     pub latitude_semicircles: i32,
@@ -263,7 +263,7 @@ pub struct Compact {
 }
 
 impl Compact {
-    /// Metres per second of one count.
+    /// Velocity of one count, m/s.
     #[must_use]
     pub const fn velocity_step_mps(&self) -> f64 {
         velocity_step_mps(self.fix & 0x20 != 0)

@@ -1,4 +1,4 @@
-//! Values of the reports, checked and converted to those of a fix.
+//! Checks the values of the reports and converts them to values of a fix.
 
 use core::f64::consts::PI;
 
@@ -64,7 +64,7 @@ impl Velocity {
     }
 }
 
-/// A complete fix in one packet: the common data of 0x8F-20 and 0x8F-23.
+/// A complete fix in one packet: the data that 0x8F-20 and 0x8F-23 have in common.
 pub(super) struct CompleteFix {
     pub time_of_week_s: f64,
     pub week: u16,
@@ -112,7 +112,7 @@ impl CompleteFix {
     }
 }
 
-/// The time of week in s, if it is within a week.
+/// The time of week, s, if it is within one week.
 pub(super) fn in_week(seconds: f64) -> Option<f64> {
     time_of_week_ns(seconds).map(|_| seconds)
 }

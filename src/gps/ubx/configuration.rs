@@ -27,7 +27,7 @@ impl core::error::Error for ConfigurationError {}
 /// A configuration message in the format of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// The longest, CFG-VALSET with three keys, has 28 bytes.
+    /// Buffer for the longest message: CFG-VALSET with three keys has 28 bytes.
     bytes: [u8; 32],
     length: usize,
 }
@@ -63,8 +63,11 @@ impl Message {
 
 /// The class of configuration messages.
 const CFG: u8 = 0x06;
+/// Id of CFG-MSG: rate of one kind of message.
 const CFG_MSG: u8 = 0x01;
+/// Id of CFG-RATE: rate of measurements and fixes.
 const CFG_RATE: u8 = 0x08;
+/// Id of CFG-VALSET: values of configuration keys.
 const CFG_VALSET: u8 = 0x8A;
 
 // Keys of CFG-VALSET. Source: u-blox, *M10 Interface Description*, UBX-21035062.
@@ -72,15 +75,16 @@ const RATE_MEAS: u32 = 0x3021_0001;
 const MSGOUT_UBX_NAV_PVT_UART1: u32 = 0x2091_0007;
 const UART1OUTPROT_NMEA: u32 = 0x1074_0002;
 
-/// The NMEA sentences that receivers send by default: GGA, GLL, GSA, GSV, RMC, VTG. At 10 Hz they would fill the
-/// line.
+/// Message class of the NMEA sentences.
 const NMEA_CLASS: u8 = 0xF0;
+/// Number of NMEA sentences that receivers send by default: GGA, GLL, GSA, GSV, RMC, VTG. At 10 Hz they would fill the
+/// serial line.
 const NMEA_SENTENCES: u8 = 6;
 
 /// Sets a receiver to NAV-PVT at a rate, with NMEA off, in its volatile memory.
 ///
-/// It first uses CFG-RATE and CFG-MSG, message by message, each with its acknowledgement (up to the M9). If the
-/// receiver rejects CFG-RATE, one CFG-VALSET sets its first UART (from the M9 on).
+/// Up to the M9 it uses CFG-RATE and CFG-MSG, one message after another, each with its acknowledgement. If the receiver
+/// rejects CFG-RATE, one CFG-VALSET configures the receiver's first UART (from the M9 on).
 ///
 /// ```
 /// use hovernav::gps::ubx::{Configuration, Decoder};
@@ -159,8 +163,8 @@ impl Configuration {
         self.step == Step::Refused
     }
 
-    /// Number of messages sent. A growing number without an end means a dead line, a wrong baud rate or another
-    /// protocol.
+    /// Number of messages sent. If it grows without end, the line is dead, the baud rate is wrong or the protocol is
+    /// another.
     #[must_use]
     pub fn attempts(&self) -> u32 {
         self.attempts
@@ -171,7 +175,7 @@ impl Configuration {
         match self.step {
             Step::Rate => {
                 let [low, high] = measure_rate_ms.to_le_bytes();
-                // A fix from each measurement, in step with GPS time.
+                // A fix from each measurement, aligned to GPS time.
                 Some(Message::new(CFG_RATE, &[low, high, 1, 0, 1, 0]))
             }
             Step::Pvt => Some(message_rate(NAV_PVT, 1)),

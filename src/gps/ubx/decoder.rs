@@ -1,4 +1,4 @@
-//! From UBX messages to one fix per epoch.
+//! One fix per epoch from UBX messages.
 
 use super::framer::Framer;
 use super::message::{
@@ -24,11 +24,11 @@ const PVT: Kinds = 64;
 /// The receiver's answer to a configuration message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Acknowledgement {
-    /// Class of the message answered.
+    /// Class of the answered message.
     pub class: u8,
-    /// Id of the message answered.
+    /// Id of the answered message.
     pub id: u8,
-    /// Whether the receiver accepted it.
+    /// Whether the receiver accepted the message.
     pub accepted: bool,
 }
 
@@ -38,21 +38,21 @@ pub struct Acknowledgement {
 /// NAV-POSLLH, NAV-VELNED, NAV-STATUS, NAV-DOP and NAV-TIMEGPS of one time of week form an epoch. It is delivered
 /// once all kinds of message of the last epochs have arrived, or when the next epoch starts.
 ///
-/// * The epoch is a fix if at least one of NAV-PVT, NAV-SOL and NAV-STATUS arrived. All that arrived must report it
-///   as good (`gnssFixOK`) and as 2-D, 3-D, or combined with dead reckoning. Dead reckoning alone and time alone are
-///   no fix.
+/// * The epoch is a fix if at least one of NAV-PVT, NAV-SOL and NAV-STATUS arrived. All of these that arrived must
+///   report the fix as good (`gnssFixOK`) and as 2-D, 3-D, or combined with dead reckoning. Dead reckoning alone and
+///   time alone are not a fix.
 /// * Position comes from NAV-PVT, else NAV-POSLLH, else NAV-SOL (Earth-fixed, in cm). Velocity comes from NAV-PVT,
 ///   else NAV-VELNED, else NAV-SOL.
-/// * One-sigmas are the receiver's accuracy estimates. Its one figure for the horizontal error is used for north
-///   and for east, its one figure for speed for all three axes. NAV-SOL has only one figure for position in
-///   space, which is used for all three axes. Each is thus no smaller than the axis's own.
+/// * One-sigmas are the receiver's accuracy estimates. The figure for the horizontal error is used for both north and
+///   east, and the figure for speed for all three axes. NAV-SOL has one figure for the position in space, which is used
+///   for all three axes. Each one-sigma is thus no smaller than the true one-sigma of its axis.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     framer: Framer,
     epoch: Option<Epoch>,
     cycle: Cycle,
     finished_ms: Option<u32>,
-    /// From NAV-TIMEGPS; changes once in several years.
+    /// Leap seconds from NAV-TIMEGPS; they change once in several years.
     leap_seconds: Option<i8>,
     answer: Option<Acknowledgement>,
     ready: Option<ReceiverFix>,
@@ -65,8 +65,9 @@ pub struct Decoder {
 struct Epoch {
     time_of_week_ms: u32,
     fix: ReceiverFix,
-    /// The kinds of message that gave the position and the velocity: the more accurate one is kept.
+    /// Kind of the message that gave the position; the more accurate kind is kept.
     position: Kinds,
+    /// Kind of the message that gave the velocity; the more accurate kind is kept.
     velocity: Kinds,
     has_status: bool,
     usable: bool,
@@ -79,7 +80,7 @@ impl Decoder {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
-        // Turns: at most one for each buffered or new byte: each takes a message.
+        // Number of iterations: at most one for each buffered or new byte, because each iteration takes a message.
         loop {
             let message = self.framer.next(bytes, arrival)?;
             let started = message.arrival;
@@ -105,14 +106,14 @@ impl Decoder {
         }
     }
 
-    /// The fix of the incomplete epoch, if it is a fix already. Use it when the line is silent until the next epoch,
-    /// or at the end of a log.
+    /// The fix of the incomplete epoch, if its messages already make a fix. Use it when the line is silent until the
+    /// next epoch, or at the end of a log.
     pub fn flush(&mut self) -> Option<ReceiverFix> {
         self.ready.take().or_else(|| self.finish())
     }
 
-    /// Takes the last heading of two antennas, once: that of a NAV-RELPOSNED with a valid heading and whole-number
-    /// ambiguities.
+    /// Takes the last heading of two antennas, once: that of a NAV-RELPOSNED with a valid heading and resolved
+    /// (integer) ambiguities.
     pub fn take_antenna_heading(&mut self) -> Option<ReceiverHeading> {
         self.heading.take()
     }
@@ -131,8 +132,8 @@ impl Decoder {
         }
     }
 
-    /// Processes a message. Returns the fix of the epoch before the message's, if any; a fix that the message
-    /// completes is stored in `ready`.
+    /// Processes a message. Returns the fix of the previous epoch, if the message ends this epoch and it has a fix. A
+    /// fix that the message completes is stored in `ready`.
     fn accept(&mut self, report: &Report, arrival: Time) -> Option<ReceiverFix> {
         let (time_of_week_ms, content) = match report {
             Report::Pvt(pvt) => return self.accept_pvt(pvt, arrival),
@@ -185,8 +186,8 @@ impl Decoder {
         before
     }
 
-    /// Opens the epoch of `time_of_week_ms`, unless it is already over. Returns the fix of the previous epoch, if it
-    /// is still undelivered.
+    /// Opens the epoch of `time_of_week_ms`, unless it has already ended. Returns the fix of the previous epoch, if
+    /// this fix is not delivered yet.
     fn open(&mut self, time_of_week_ms: u32, arrival: Time) -> Option<ReceiverFix> {
         if self.epoch.is_some_and(|epoch| epoch.time_of_week_ms == time_of_week_ms) {
             return None;
@@ -207,7 +208,7 @@ impl Decoder {
         before
     }
 
-    /// Ends the current epoch. Returns its fix, if it is one.
+    /// Ends the current epoch. Returns its fix, if its messages make a fix.
     fn finish(&mut self) -> Option<ReceiverFix> {
         let epoch = self.epoch.take()?;
         self.finished_ms = Some(epoch.time_of_week_ms);

@@ -1,15 +1,15 @@
-//! Messages from bytes.
+//! Finds UBX messages in a stream of bytes.
 
 use crate::buffer::move_to_front;
 use crate::time::Time;
 
-/// Starts every message.
+/// The two bytes that start every message.
 pub(super) const SYNC: [u8; 2] = [0xB5, 0x62];
 const HEADER: usize = 6;
-/// The longest accepted message: NAV-PVT, 92 bytes of payload.
+/// Length of the longest accepted message, bytes: NAV-PVT with a payload of 92.
 const MAX_MESSAGE: usize = HEADER + 92 + 2;
 
-/// The messages read: class, id and possible lengths.
+/// The messages that the decoder reads: class, id and possible payload lengths.
 const KNOWN: [(u8, u8, &[u16]); 10] = [
     (0x01, 0x02, &[28]),
     (0x01, 0x03, &[16]),
@@ -33,15 +33,16 @@ pub(super) struct Message<'a> {
     pub arrival: Time,
 }
 
-/// Finds the known messages in a stream that is cut into any pieces, with anything between them.
+/// Finds the known messages in a stream that arrives in any pieces, with any bytes between the messages.
 ///
-/// It recognises a start by the complete header, and ignores the length of unknown messages: the bytes between known
-/// messages are skipped one by one. After an invalid checksum the search continues one byte later, so that a message
-/// that starts inside a damaged one is found.
+/// It recognises the start of a message by the complete header, and ignores the length of unknown messages: the bytes
+/// between known messages are skipped one by one. After an invalid checksum the search continues one byte later, so
+/// that a message that starts inside a damaged one is found.
 #[derive(Clone, Debug)]
 pub(super) struct Framer {
-    /// The buffered bytes of the message, and the arrival of each.
+    /// The buffered bytes of the message.
     bytes: [u8; MAX_MESSAGE],
+    /// Arrival of each buffered byte.
     arrivals: [Time; MAX_MESSAGE],
     length: usize,
     /// Length of the message once its header is recognised; 0 before.
@@ -69,7 +70,8 @@ impl Framer {
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Message<'a>> {
         let spent = core::mem::take(&mut self.spent);
         self.discard(spent);
-        // Turns: at most two for each buffered or new byte: each buffers or discards a byte.
+        // Number of iterations: at most two for each buffered or new byte, because each iteration buffers or discards a
+        // byte.
         loop {
             if !self.may_start_a_message() {
                 self.discard(1);

@@ -20,7 +20,7 @@ pub(super) struct FixStatus {
 }
 
 impl FixStatus {
-    /// The dimension solved with satellites; `None` for dead reckoning alone, for time alone, and without a fix.
+    /// Dimension of the fix from satellites; `None` for dead reckoning alone, for time alone, and without a fix.
     pub fn dimension(self) -> Option<Dimension> {
         match self.fix_type {
             2 => Some(Dimension::TwoD),
@@ -49,12 +49,12 @@ impl FixStatus {
         self.flags & 0x08 != 0
     }
 
-    /// Whether the fix uses the carrier phase with ambiguities not yet resolved: only in NAV-PVT.
+    /// Whether the fix uses the carrier phase with unresolved (float) ambiguities: only in NAV-PVT.
     pub fn is_rtk_float(self) -> bool {
         self.flags & 0x40 != 0
     }
 
-    /// Whether the fix uses the carrier phase with whole-number ambiguities: only in NAV-PVT.
+    /// Whether the fix uses the carrier phase with resolved (integer) ambiguities: only in NAV-PVT.
     pub fn is_rtk_fixed(self) -> bool {
         self.flags & 0x80 != 0
     }
@@ -83,13 +83,13 @@ pub(super) struct CalendarTime {
     pub hour: u8,
     pub minute: u8,
     pub second: u8,
-    /// May be negative: the second is rounded.
+    /// Nanosecond; it may be negative, because the second is rounded.
     pub nanosecond: i32,
     /// Whether the receiver marks date and time as valid.
     pub is_valid: bool,
 }
 
-/// NAV-POSLLH, and the equal part of NAV-PVT.
+/// Data of NAV-POSLLH, and the same data in NAV-PVT.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Position {
     pub longitude_deg: f64,
@@ -100,14 +100,14 @@ pub(super) struct Position {
     pub vertical_sigma_m: f64,
 }
 
-/// NAV-VELNED, and the equal part of NAV-PVT.
+/// Data of NAV-VELNED, and the same data in NAV-PVT.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Velocity {
     pub ned_mps: [f64; 3],
     pub sigma_mps: f64,
 }
 
-/// NAV-SOL.
+/// Data of NAV-SOL.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Solution {
     pub fraction_ns: i32,
@@ -121,16 +121,16 @@ pub(super) struct Solution {
     pub satellites: u8,
 }
 
-/// NAV-TIMEGPS; invalid fields are `None`.
+/// Data of NAV-TIMEGPS; invalid fields are `None`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GpsTime {
-    /// To be added to the time of week, if valid.
+    /// Fraction to add to the time of week, ns; `None` if invalid.
     pub fraction_ns: Option<i32>,
     pub week: Option<i16>,
     pub leap_seconds: Option<i8>,
 }
 
-/// Contents of a message of an epoch, besides its time of week.
+/// Contents of a message of an epoch, except its time of week.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Content {
     Position(Position),
@@ -150,7 +150,7 @@ pub(super) enum Report {
 }
 
 impl Report {
-    /// Reads a message; `None` for an unknown or too short one.
+    /// Reads a message; `None` if it is unknown or too short.
     pub fn read(class: u8, id: u8, payload: &[u8]) -> Option<Self> {
         let mut data: Reader<'_> = Bytes(payload);
         if class == 0x05 {

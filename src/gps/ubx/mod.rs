@@ -1,4 +1,4 @@
-//! u-blox binary protocol, from the Antaris of 2004 to the M10.
+//! u-blox binary protocol, of receivers from the Antaris (2004) to the M10.
 //!
 //! A message is `B5 62 class id length payload checksum`, little-endian, with an 8-bit Fletcher
 //! checksum over class to payload.

@@ -11,13 +11,13 @@ use crate::time::Time;
 /// Class and id of NAV-RELPOSNED.
 pub(super) const NAV_RELPOSNED: (u8, u8) = (0x01, 0x3C);
 
-/// Flags that a heading needs: `gnssFixOK`, `relPosValid`, `relPosHeadingValid`, and a `carrSoln` of 2, a fixed carrier
-/// phase solution.
+/// Mask of the flags that a heading needs: `gnssFixOK`, `relPosValid`, `carrSoln` and `relPosHeadingValid`.
 const WANTED: u32 = 1 | 1 << 2 | 3 << 3 | 1 << 8;
+/// Value of these flags in a usable heading; a `carrSoln` of 2 is a fixed carrier phase solution.
 const FIXED: u32 = 1 | 1 << 2 | 2 << 3 | 1 << 8;
 
-/// Reads a message. The heading is `None` where the receiver marks it as invalid, or its ambiguities are not whole
-/// numbers. `None` for a message of another version or a too short one.
+/// Reads a message. The heading is `None` if the receiver marks it as invalid, or its ambiguities are not resolved. The
+/// result is `None` for a message that is too short or has another version.
 pub(super) fn read(payload: &[u8], arrival: Time) -> Option<Option<ReceiverHeading>> {
     let i32_at = |offset: usize| Bytes::<false>(payload.get(offset..)?).i32();
     let u32_at = |offset: usize| Bytes::<false>(payload.get(offset..)?).u32();

@@ -1,4 +1,4 @@
-//! Values of the messages, checked and converted to those of a fix.
+//! Checks the values of the messages and converts them to values of a fix.
 
 use super::message::{CalendarTime, Position, Pvt, known_dilution};
 use crate::frames::{Ned, Vector};

@@ -11,14 +11,14 @@ use crate::scalar::Scalar;
 /// Limits for the readings of one kind of sensor: rad/s for gyros, m/s² for accelerometers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// Least reading, in the sensor's unit, that counts as a learned full scale.
+    /// Smallest reading that counts as a learned full scale, in the sensor's unit.
     least_scale: f64,
     /// Largest value that vehicles reach, in the sensor's unit. It bounds readings beyond full scale; zero without a
     /// bound.
     fastest: f64,
-    /// Least usual vibration, one-sigma, in the sensor's unit: below it any touch would count as a shock.
+    /// Minimum usual vibration, one-sigma, in the sensor's unit: with a smaller one any touch would count as a shock.
     least_shaking: f64,
-    /// Least vibration, one-sigma, in the sensor's unit, that counts as a strong shock.
+    /// Minimum vibration of a strong shock, one-sigma, in the sensor's unit.
     least_shock: f64,
     /// One-sigma, in the sensor's unit, of the motion hidden by a stuck axis.
     stuck_sigma: f64,
@@ -71,22 +71,24 @@ pub(super) struct Timing<T> {
 const REPEATS: u32 = 4;
 /// Memory of the present vibration, s.
 pub(super) const NOW_S: f64 = 0.15;
-/// Least present vibration of a shock, in multiples of the usual variance.
+/// Minimum present vibration of a shock, in multiples of the usual variance.
 const SHOCK: f64 = 8.0;
-/// Least vibration of a strong shock, in multiples of the usual variance; it must also exceed `least_shock`. A landing
-/// stays below, a breaking propeller exceeds it.
+/// Minimum vibration of a strong shock, in multiples of the usual variance; it must also exceed `least_shock`. A
+/// landing stays below this limit, a breaking propeller exceeds it.
 const STRONG_SHOCK: f64 = 50.0;
-/// Least present vibration, as a share of full scale, at which a reading at full scale belongs to a tone, not to a
-/// push.
+/// Minimum present vibration, as a fraction of full scale, at which a reading at full scale belongs to a tone. At a
+/// smaller vibration it belongs to a push.
 const CUT_OFF_SHARE: f64 = 0.2;
 /// Longest time, s, for which a stuck axis has one constant error.
 const LONGEST_STUCK_S: f64 = 5.0;
-/// One-sigma of the motion beyond full scale, as a share of the full scale. For a gyro, a quarter of the range from
-/// there to the fastest vehicles, if larger.
+/// One-sigma of the motion beyond full scale, as a fraction of the full scale.
 const BEYOND_SCALE: f64 = 0.15;
+/// One-sigma of a turn beyond full scale, as a fraction of the range from full scale to the fastest vehicles. The
+/// larger of the two one-sigmas counts.
 const BEYOND_GYRO: f64 = 0.25;
-/// Decay time of a clipping burst, and the longest time for which it has one constant error, s.
+/// Decay time of a clipping burst, s.
 const BURST_S: f64 = 0.3;
+/// Longest time, s, for which a clipping burst has one constant error.
 const LONGEST_BURST_S: f64 = 0.5;
 /// Shortest burst, s; a shorter one is set to zero, because its decay would end in denormal numbers, which slow the
 /// processor.
@@ -98,8 +100,9 @@ pub(super) struct Found<T> {
     /// Vibration of the axes, if any has a shock.
     pub shock: Option<Shaking<T>>,
     pub shaken: bool,
-    /// Variance that the interval adds to the integral: from clipping and shocks, and from other causes.
+    /// Variance that clipping and shocks add to the integral over the interval.
     pub hidden: [T; 3],
+    /// Variance that other causes add to the integral over the interval.
     pub variance: [T; 3],
     /// Axes that repeat one reading although the inertial unit vibrates.
     pub stuck: [bool; 3],
@@ -137,7 +140,7 @@ impl<T: Scalar> Triad<T> {
 }
 
 impl<T: Scalar> Triad<T> {
-    /// Feeds a reading, with the unit's own full-scale flags `marks`; `full_scale` is zero if unknown.
+    /// Feeds a reading, with the inertial unit's own full-scale flags `marks`; `full_scale` is zero if unknown.
     ///
     /// # Source
     /// Equation (S13) of docs/equations.md.
@@ -166,7 +169,7 @@ impl<T: Scalar> Triad<T> {
             let size = values[axis].abs();
             let (largest, repeats) = (&mut self.largest[axis], &mut self.repeats[axis]);
             if size >= *largest && comes_back(size, largest, repeats) {
-                // At any size: an axis stuck at its largest reading is at full scale.
+                // An axis stuck at its largest reading counts as at full scale, at any size of that reading.
                 let stands_still =
                     stuck_s[axis] > T::ZERO && self.usual[axis] > limits.least_moving();
                 clipped[axis] |= size >= least_scale || (limits.fastest > 0.0 && stands_still);
@@ -227,8 +230,8 @@ impl<T: Scalar> Triad<T> {
     /// difference.
     fn lost(&self, bend: [T; 3], timing: &Timing<T>) -> [T; 3] {
         let Timing { lost_s, typical_s, .. } = *timing;
-        // A trapezoid over lost samples uses its ends in their place. The lost samples' own cancellation is missing,
-        // and the ends get too much weight.
+        // A trapezoid over lost samples replaces them by the samples at its ends. The lost samples no longer cancel
+        // each other's vibration, and the samples at the ends get too much weight.
         let ends_and_lost = lost_s * (T::of(0.5) * lost_s + typical_s);
         core::array::from_fn(|axis| {
             let moved = bend[axis] * lost_s;

@@ -1,5 +1,5 @@
-//! The first attitude. Tilt comes from the inertial unit itself, from levelling, or from the acceleration between two
-//! fixes. Heading comes from a source, if there is one.
+//! The first attitude. Tilt comes from the inertial unit's own attitude, from levelling, or from the acceleration
+//! between two fixes. Heading comes from a source, if there is one.
 
 use super::{Aligner, HeadingSource};
 use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
@@ -8,7 +8,7 @@ use crate::scalar::Scalar;
 
 /// One-sigma of a completely unknown angle, rad.
 const ANY_ANGLE_RAD: f64 = core::f64::consts::PI / 1.732_050_807_568_877_2;
-/// Least one-sigma of a two-antenna heading at the start, rad: the vehicle may have turned since.
+/// Minimum one-sigma of a two-antenna heading at the start, rad: the vehicle may have turned since the heading.
 const LEAST_ANTENNA_SIGMA_RAD: f64 = 0.02;
 
 /// The first attitude and its uncertainty.
@@ -24,11 +24,13 @@ pub(super) struct Oriented {
     pub acceleration_mps2: Vector<Ned>,
 }
 
-/// Largest distance, rad, from an azimuth that counts as reached. Turns about an axis that is not vertical approach an
-/// azimuth in steps.
+/// Largest distance, rad, from an azimuth that counts as reached.
 const POINTED_RAD: f64 = 1e-6;
+/// Largest number of turns towards an azimuth. Turns about an axis that is not vertical approach it one after another.
 const MOST_TURNS: usize = 100;
+/// Unit vector down.
 const DOWN: Vector<Ned> = Vector::new(0.0, 0.0, 1.0);
+/// Forward axis of the body.
 const FORWARD: Vector<Body> = Vector::new(1.0, 0.0, 0.0);
 
 impl Aligner {

@@ -7,13 +7,14 @@ use crate::gps::Fix;
 use crate::imu::MeanRates;
 use crate::scalar::Scalar;
 
-/// Usable time between two fixes, s: over less, the acceleration is too inaccurate; over more, gyro errors accumulate.
+/// Usable time between two fixes, s. Over a shorter time the acceleration is too inaccurate; over a longer time gyro
+/// errors accumulate.
 const USABLE_S: core::ops::Range<f32> = 0.15..6.0;
 /// Possible unreported delay of a receiver's velocity, s, during which a vehicle turns.
 const LATE_S: f64 = 0.15;
-/// Least force, m/s², whose direction fixes show; it is less in near free fall.
+/// Smallest specific force, m/s², whose direction the fixes show; in near free fall the force is smaller.
 const WEAK_MPS2: f64 = 5.0;
-/// Share of the specific force by which the magnitudes from the inertial unit and the fixes may differ.
+/// Fraction of the specific force by which the magnitudes from the inertial unit and the fixes may differ.
 const ALIKE_SHARE: f64 = 0.1;
 
 /// Cosine of half the angle, 8°, above which the body counts as turned.
@@ -22,7 +23,7 @@ const TURNED_COSINE: f64 = 0.997_56;
 /// Motion measured since a fix; without a fix, its velocity is NaN.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SinceFix {
-    /// From body axes now to those at the fix.
+    /// Rotation from the present body axes to those at the fix.
     now_to_then: Rotation<Body, Body, f32>,
     /// Integral of specific force in the axes at the fix, m/s.
     force_integral_mps: Vector<Body, f32>,

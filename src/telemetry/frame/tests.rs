@@ -8,7 +8,7 @@ use crate::frames::Vector;
 use crate::telemetry::{ControlFlags, Drops, LoopTiming, Severity};
 use approx::assert_abs_diff_eq;
 
-/// A snapshot in which every number is whole steps and unique.
+/// A snapshot in which every number is a whole number of steps and unique.
 fn full() -> Snapshot {
     Snapshot {
         time: Time::from_nanoseconds(1_234_567_891_000),
@@ -175,7 +175,7 @@ fn frames_that_did_not_come_are_counted_and_a_stretch_without_end_costs_one() {
     assert_eq!(*decoder.counts(), counts);
 }
 
-/// Within half a step, plus rounding.
+/// Whether the two values differ by at most half a step, plus rounding.
 fn near(a: Option<f64>, b: Option<f64>, step: f64) -> bool {
     a.zip(b).is_some_and(|(a, b)| (a - b).abs() <= 0.5 * step + 1e-9)
 }
@@ -251,7 +251,7 @@ proptest! {
         let good: Vec<_> = decode(&stream).into_iter().flatten().collect();
         prop_assert!(good.iter().all(|frame| frame.snapshot == full()));
         let numbers: Vec<_> = good.iter().map(|frame| frame.sequence).collect();
-        // The zero between two frames belongs to both: without it both are lost.
+        // The zero between two frames belongs to both frames: without it both are lost.
         let rest: &[u8] = if place == 2 * LENGTH - 1 && kind != 1 { &[0, 3] } else { &[0, 2, 3] };
         prop_assert_eq!(&numbers[..], rest);
     }
@@ -306,7 +306,7 @@ fn snapshots_supplements_and_texts_come_back_from_one_stream_and_are_numbered_to
     assert_eq!(messages, expected.map(Ok));
     assert_eq!(format!("{}{rest}", text.as_str()), line);
     assert_eq!(*decoder.counts(), FrameCounts { bytes: 339, frames: 4, damaged: 0, missing: 0 });
-    // A reader of snapshots alone does not receive the others.
+    // A reader of snapshots alone does not receive frames with other content.
     assert_eq!(decode_snapshots(&stream), [full()]);
 }
 

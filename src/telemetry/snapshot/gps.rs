@@ -16,11 +16,11 @@ pub enum FixKind {
     TwoD,
     /// Latitude, longitude and height.
     ThreeD,
-    /// As `ThreeD`, with code corrections.
+    /// Latitude, longitude and height, with code corrections.
     Differential,
-    /// Carrier phase, ambiguities not resolved.
+    /// Carrier phase with unresolved (float) ambiguities.
     RtkFloat,
-    /// Carrier phase, ambiguities resolved.
+    /// Carrier phase with resolved (integer) ambiguities.
     RtkFixed,
 }
 
@@ -49,7 +49,7 @@ impl FixKind {
     }
 }
 
-/// The receiver's last fix, as received.
+/// Summary of the receiver's last fix, as received.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GpsSummary {
     /// Kind of the fix.
@@ -72,11 +72,12 @@ pub struct GpsSummary {
     pub hdop: Option<f64>,
     /// Vertical dilution of precision.
     pub vdop: Option<f64>,
-    /// One-sigma by the receiver of the horizontal position, m. The packed frames do not contain it.
+    /// One-sigma of the horizontal position, m, as the receiver reports it. The packed frames do not contain it.
     pub horizontal_sigma_m: Option<f64>,
-    /// One-sigma by the receiver of the height, m. The packed frames do not contain it.
+    /// One-sigma of the height, m, as the receiver reports it. The packed frames do not contain it.
     pub vertical_sigma_m: Option<f64>,
-    /// Largest one-sigma by the receiver of the velocity, m/s. The packed frames do not contain it.
+    /// Largest one-sigma of the velocity on any axis, m/s, as the receiver reports it. The packed frames do not contain
+    /// it.
     pub velocity_sigma_mps: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Consistency of sensors and estimator.
+//! Consistency of sensors and estimator, measured by the innovations.
 
 use crate::ekf::{Channel, Innovation, Verdict};
 
@@ -34,7 +34,7 @@ impl Innovations {
             Channel::Roll | Channel::Pitch => &mut self.attitude,
             Channel::Yaw | Channel::BaselineHeading => &mut self.heading,
             Channel::BaroHeight => &mut self.baro,
-            // The frame has no field for it.
+            // The frame has no field for this innovation.
             Channel::Range => return,
             Channel::RestRateX | Channel::RestRateY | Channel::RestRateZ => return,
             Channel::RestVelocityNorth | Channel::RestVelocityEast | Channel::RestVelocityDown => {

@@ -19,21 +19,21 @@ use crate::time::Time;
 /// One-sigmas of the estimator; `None` before it runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sigmas {
-    /// Horizontal position, north and east together, m.
+    /// One-sigma of horizontal position, north and east combined, m.
     pub horizontal_m: Option<f64>,
-    /// Height, m.
+    /// One-sigma of height, m.
     pub vertical_m: Option<f64>,
-    /// Horizontal velocity, north and east together, m/s.
+    /// One-sigma of horizontal velocity, north and east combined, m/s.
     pub horizontal_velocity_mps: Option<f64>,
-    /// Vertical velocity, m/s.
+    /// One-sigma of vertical velocity, m/s.
     pub vertical_velocity_mps: Option<f64>,
-    /// The greater of roll and pitch, rad.
+    /// Greater one-sigma of roll and pitch, rad.
     pub tilt_rad: Option<f64>,
-    /// Heading, rad.
+    /// One-sigma of heading, rad.
     pub heading_rad: Option<f64>,
 }
 
-/// Timing of the loop.
+/// Timing of the control loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LoopTiming {
     /// Time from the start of the previous cycle to the start of this one, s.
@@ -49,24 +49,24 @@ pub struct LoopTiming {
 /// Numbers of lost items since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Drops {
-    /// Packets of the inertial unit.
+    /// Number of lost packets of the inertial unit.
     pub imu_packets: u32,
-    /// Messages of the receiver.
+    /// Number of lost messages of the receiver.
     pub gps_messages: u32,
-    /// Pulses of the pilot, the largest number of any channel.
+    /// Number of lost pulses of the pilot; the largest number of any channel.
     pub pilot_pulses: u32,
-    /// Telemetry frames dropped because the line was full.
+    /// Number of telemetry frames dropped because the serial line was full.
     pub telemetry_frames: u32,
 }
 
 /// The state of a flight at one moment; unknown values are `None`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Snapshot {
-    /// The moment, on the flight's clock.
+    /// Time of the snapshot, on the flight's clock.
     pub time: Time,
     /// Mode of the system.
     pub mode: SystemMode,
-    /// Flags of working parts.
+    /// Flags of the functions that work.
     pub status: StatusFlags,
     /// Angular rate, rad/s: corrected for bias while the estimator runs, else as measured.
     pub angular_rate_radps: Option<Vector<Body>>,
@@ -82,7 +82,7 @@ pub struct Snapshot {
     pub position: Option<Geodetic>,
     /// Velocity from the estimator, m/s.
     pub velocity_mps: Option<Vector<Ned>>,
-    /// One-sigmas of the estimator.
+    /// One-sigmas of the estimator's solution.
     pub sigmas: Sigmas,
     /// Widths commanded to the servos, ms.
     pub commanded_ms: Channels<Option<f64>>,
@@ -92,7 +92,7 @@ pub struct Snapshot {
     pub gps: GpsSummary,
     /// Consistency of sensors and estimator.
     pub innovations: Innovations,
-    /// Timing of the loop.
+    /// Timing of the control loop.
     pub timing: LoopTiming,
     /// Numbers of lost items.
     pub drops: Drops,

@@ -1,4 +1,4 @@
-//! Mode of the system, and flags of working parts.
+//! Mode of the system, and flags of the functions that work.
 
 use crate::health::Health;
 
@@ -57,7 +57,7 @@ impl SystemMode {
     }
 }
 
-/// Flags of working parts at this moment.
+/// Flags of the functions that work at this moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StatusFlags {
     /// Inertial samples arrive and are accepted.
@@ -88,7 +88,7 @@ impl StatusFlags {
     /// All flags set.
     pub const ALL: Self = Self::from_bits(u16::MAX);
 
-    /// The flags as bits, in the order of the fields, the first lowest.
+    /// The flags as bits, in the order of the fields; the first field is the lowest bit.
     #[must_use]
     pub fn bits(self) -> u16 {
         [

@@ -17,13 +17,13 @@ use super::measures::{Measures, Twin, measure};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Vehicle {
-    /// The simulated flight of every checkout: 33 Hz, fixes at 1 Hz.
+    /// The simulated flight that is part of the repository: 33 Hz, fixes at 1 Hz.
     HeliHover,
     /// A flight without vibration, different for every seed: 100 Hz, fixes at 5 Hz.
     Multirotor,
 }
 
-/// Sensors next to gyros, accelerometers, magnetometer and receiver.
+/// Sensors in addition to gyros, accelerometers, magnetometer and receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Aids {
     pub barometer: bool,
@@ -166,8 +166,8 @@ fn simulate(seed: u64, dir: &Path) {
             .hold(6.0);
     }
     let plan = plan.clone().hold(220.0 - plan.duration_s());
-    // Slow errors with which the flight without garbage meets the goals. In position, half those of the default
-    // receiver; in velocity, correlated over the same number of fixes as at 1 Hz.
+    // The slow errors are small enough that the flight without garbage meets the goals. In position they are half those
+    // of the default receiver. In velocity they are correlated over the same number of fixes as at 1 Hz.
     let gps = GpsConfig {
         rate_hz: 5.0,
         position_wander_m: HorizontalVertical::new(0.8, 1.5),

@@ -8,7 +8,7 @@ use hovernav_log::{Axis, Dataset, Reference, axis_errors, axis_sigmas};
 
 use super::flights::Case;
 
-/// Largest bias, as a share of full scale.
+/// Largest bias, as a fraction of full scale.
 const BIAS_SHARE: f64 = 0.1;
 /// Errors beyond those of the twin within which a flight is normal again: velocity, m/s, and position, horizontal and
 /// vertical, m.
@@ -30,13 +30,16 @@ pub struct Measures {
     pub horizontal_mps: f64,
     /// Largest error of velocity north or east over its one-sigma in that time.
     pub horizontal_sigmas: f64,
-    /// Share of the samples and axes of velocity within 3 sigma, from the garbage's start to 30 s after its end.
+    /// Fraction of the samples and axes of velocity within 3 sigma, from the garbage's start to 30 s after its end.
     pub inside: f64,
-    /// The same share of the twin, and its largest errors of height, m, and velocity down, m/s.
+    /// Fraction of the twin's samples and axes of velocity within 3 sigma, in the same time.
     pub twin_inside: f64,
+    /// Largest error of the twin's height, m.
     pub twin_height_m: f64,
+    /// Largest error of the twin's velocity down, m/s.
     pub twin_vertical_mps: f64,
-    /// Time from the receiver's recovery until the errors equal the twin's within a margin, s; infinite if never.
+    /// Time from the receiver's recovery until the errors equal those of the twin within a margin, s; infinite if they
+    /// never do.
     pub normal_after_s: f64,
     /// Largest bias of a gyro or an accelerometer in the whole flight, over a tenth of its full scale.
     pub bias: f64,

@@ -1,5 +1,5 @@
-//! A receiver with random positions, heights and velocities for a while: inertial unit and barometer carry the filter
-//! through.
+//! A receiver with random positions, heights and velocities for a while. Inertial unit and barometer carry the filter
+//! through this time.
 
 mod flights;
 mod measures;
@@ -11,7 +11,7 @@ use measures::Measures;
 
 const VEHICLES: [Vehicle; 2] = [Vehicle::HeliHover, Vehicle::Multirotor];
 
-/// A goal of flights, and the test for it. A rejected log is judged by the first goal only.
+/// A goal of flights, and the test for it. To a rejected log only the first goal applies.
 struct Goal {
     words: &'static str,
     needs_barometer: bool,
@@ -57,7 +57,7 @@ fn is_refused(measures: &Measures) -> bool {
 }
 
 impl Goal {
-    /// Number of applicable flights, and of those that miss the goal.
+    /// Number of flights to which the goal applies, and the flights that miss it.
     fn missed<'a>(&self, flown: &'a [Flown]) -> (usize, Vec<&'a Flown>) {
         let applies = |flown: &&Flown| !self.needs_barometer || flown.case.aids.barometer;
         let missed = flown.iter().filter(applies).filter(|flown| !(self.is_met)(&flown.measures));

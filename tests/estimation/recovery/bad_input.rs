@@ -82,7 +82,7 @@ fn one_sample_far_ahead_does_not_block_the_samples_after_it() {
         assert_eq!(rest.filter.state(), before.state());
     }
     rest.filter.predict(&still(now + PERIOD_S)).unwrap();
-    // Two samples that agree show that the unit was off for an hour.
+    // Two samples that agree show that the IMU was off for an hour.
     assert_eq!(rest.filter.predict(&still(now + 3600.0)), Err(ImuFault::FarAhead));
     let reset = rest.filter.predict(&still(now + (3600.0 + PERIOD_S))).unwrap();
     assert!(matches!(reset, Prediction::Reset(ResetCause::LongGap { .. })), "{reset:?}");

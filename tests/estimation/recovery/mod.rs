@@ -69,7 +69,7 @@ impl<L: layout::Layout<N>, const N: usize> Rest<L, N> {
         Self { filter: Ekf::new(EkfConfig::default(), Mounting::default(), start()), second: 0 }
     }
 
-    /// Feeds samples up to the next whole second.
+    /// Passes samples to the filter up to the next whole second.
     fn sit(&mut self) -> Time {
         for step in 1..=50 {
             let time = Time::ZERO + (f64::from(self.second) + f64::from(step) * PERIOD_S);
@@ -79,7 +79,7 @@ impl<L: layout::Layout<N>, const N: usize> Rest<L, N> {
         self.filter.state().time
     }
 
-    /// Feeds another second, and the fix at its end.
+    /// Passes another second of samples to the filter, and the fix at its end.
     fn fix(&mut self, offset_m: Vector<Ned>) -> Report {
         let time = self.sit();
         self.filter.update_gps(&fix(time, offset_m)).unwrap()
@@ -157,7 +157,7 @@ fn a_jump_away_from_a_place_reported_for_ten_seconds_is_followed_after_as_long()
     assert_eq!(reopened_after, Some(9));
 }
 
-/// The horizontal part of a fix only, with position and velocity.
+/// A fix with a horizontal part only: position and velocity.
 fn moving(time: Time, offset_m: Vector<Ned>, velocity_mps: [f64; 2]) -> Fix {
     Fix { horizontal_velocity_mps: Some(velocity_mps), ..fix(time, offset_m) }
 }
@@ -202,7 +202,7 @@ fn with_barometer(
         let time = Time::ZERO + seconds;
         filter.predict(&still(time)).unwrap();
         if step % 2 == 0 {
-            // No reading equals the previous one to the last digit: an equal one is ignored.
+            // No reading equals the previous one to the last digit, because the filter ignores an equal reading.
             let height_m = baro_m(seconds) + 1e-3 * f64::from(step / 2 % 2);
             filter.update_baro(time, height_m, &mut ()).unwrap();
         }
@@ -226,7 +226,7 @@ fn a_height_that_drifts_away_with_its_own_velocity_is_refused_where_a_barometer_
         |_| 17.0,
     );
     let off_m = filter.state().position.height_m - place().height_m;
-    // 7.5 m: up to there the barometer's own drift explains the difference.
+    // The limit contains 7.5 m: up to there the barometer's own drift explains the difference.
     assert!(off_m.abs() < 9.0, "{off_m} m of {} m", climbed_m(85.0));
 }
 
@@ -238,7 +238,7 @@ fn a_barometer_that_drifts_alone_is_no_witness_against_the_fixes() {
         |seconds| 17.0 + 0.2 * (seconds - 60.0).max(0.0),
     );
     let off_m = filter.state().position.height_m - place().height_m;
-    // 7.5 m: up to there the barometer's own drift explains the difference.
+    // The limit contains 7.5 m: up to there the barometer's own drift explains the difference.
     assert!(off_m.abs() < 9.0, "{off_m} m of 12 m");
 }
 
@@ -319,13 +319,14 @@ fn a_gap_is_coasted_over_with_velocity_kept_and_fixes_from_inside_taken_for_what
 #[test]
 fn a_magnetic_heading_moves_the_heading_and_leaves_roll_and_pitch() {
     let mut start = start();
-    // Less accurate than the magnetometer: the field's dip turns such a tilt into 7° of heading.
+    // The tilt is less accurate than the magnetometer: with the dip of the field, such a tilt error turns the heading
+    // by 7°.
     start.attitude_sigma_rad = Vector::new(0.05, 0.05, 0.3);
     let mut filter = FullEkf::new(EkfConfig::default(), Mounting::default(), start);
     for step in 1..=500 {
         let time = Time::ZERO + f64::from(step) * PERIOD_S;
         filter.predict(&still(time)).unwrap();
-        // 69° of dip, and a heading 8° off.
+        // The field has a dip of 69°, and its heading is wrong by 8°.
         let turned = Rotation::from_euler(EulerAngles::from_degrees(0.0, 0.0, 48.0));
         let field: Vector<Ned> = Vector::new(0.2, 0.0, 0.52);
         if step % 10 == 0 {

@@ -29,15 +29,15 @@ pub enum Quantity {
     LatitudeDeg,
     LongitudeDeg,
     AltitudeMslM,
-    /// Known to this project's reader only together with the altitude.
+    /// Height of the geoid; this project's reader gives it only together with the altitude.
     GeoidSeparationM,
     Satellites,
-    /// The digit of GGA.
+    /// The quality digit of GGA.
     Quality,
     SpeedMps,
     NorthMps,
     EastMps,
-    /// 2 or 3.
+    /// Dimension of the fix, 2 or 3.
     Dimension,
     PositionDilution,
     HorizontalDilution,

@@ -63,7 +63,7 @@ pub struct Sentence {
 }
 
 impl Sentence {
-    /// `None` unless `text` begins as one of the kinds, with any talker.
+    /// The sentence `text`; `None` unless it begins as one of the kinds, with any talker.
     pub fn new(text: &str) -> Option<Self> {
         let name = text.strip_prefix('$')?.get(2..)?.split(',').next()?;
         let kind = Kind::ALL.into_iter().find(|kind| kind.name() == name)?;
@@ -93,7 +93,7 @@ impl Sentence {
         &self.text[1..3]
     }
 
-    /// The field with `index`; the first after the name has index 0. Empty where it is missing.
+    /// The field with `index`; the first field after the name has index 0. Empty where it is missing.
     pub fn field(&self, index: usize) -> &str {
         self.body().split(',').nth(index + 1).unwrap_or_default()
     }

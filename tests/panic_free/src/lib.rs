@@ -29,7 +29,7 @@ use hovernav::telemetry::{Flow, Severity, Snapshot, Supplement, Text, frame};
 use hovernav::time::Time;
 
 unsafe extern "C" {
-    /// Defined nowhere.
+    /// A function without a definition.
     fn a_panic_is_reachable() -> !;
 }
 
@@ -38,13 +38,14 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     unsafe { a_panic_is_reachable() }
 }
 
-/// Tests the check: an index that is not known to be in range. Must not link.
+/// A test of the check: the index is not known to be in range. This function must not link.
 #[unsafe(no_mangle)]
 pub fn deliberate_panic(values: &[f64; 15], index: usize) -> f64 {
     values[index]
 }
 
-/// Tests the other check: Ackermann's function, which no optimiser turns into loops. Its recursion must be found.
+/// A test of the check for recursion: Ackermann's function, which no optimiser turns into loops. The check must find
+/// its recursion.
 #[unsafe(no_mangle)]
 pub fn deliberate_recursion(m: u32, n: u32) -> u32 {
     match (m, n) {
@@ -96,7 +97,7 @@ pub fn estimator_update(
     estimator.update(measurement, time)
 }
 
-/// The same in single precision, with the fewest states.
+/// The update by a user's own sensor in single precision, with the fewest states.
 #[unsafe(no_mangle)]
 pub fn estimator_small_update(
     estimator: &mut Estimator<Base, 16, f32, NoHeadingSearch>,
@@ -106,7 +107,7 @@ pub fn estimator_small_update(
     estimator.update(measurement, time)
 }
 
-/// Estimator, autopilot and one receiver: the code of a small flight computer.
+/// The code of a small flight computer: estimator, autopilot and one receiver.
 #[unsafe(no_mangle)]
 pub fn flight_computer(
     estimator: &mut Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>,
@@ -119,7 +120,7 @@ pub fn flight_computer(
     fly(estimator, receiver, autopilot, bytes, event, inputs)
 }
 
-/// The same in single precision.
+/// The code of a small flight computer in single precision.
 #[unsafe(no_mangle)]
 pub fn flight_computer_single(
     estimator: &mut Estimator<WithoutHeightAids, 26, f32, NoHeadingSearch>,
@@ -132,7 +133,7 @@ pub fn flight_computer_single(
     fly(estimator, receiver, autopilot, bytes, event, inputs)
 }
 
-/// The same in double precision with a barometer and a rangefinder.
+/// The code of a flight computer with a barometer and a rangefinder, in double precision.
 #[unsafe(no_mangle)]
 pub fn flight_computer_with_height_aids(
     estimator: &mut Estimator<Full, 28, f64, NoHeadingSearch>,

@@ -105,7 +105,7 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
     }
 }
 
-/// Smallest magnitude of the listed correlations.
+/// Smallest magnitude of a correlation that is listed.
 const LEAST_CORRELATION: f64 = 0.7;
 
 fn in_short(estimate: &Estimate) -> String {

@@ -22,7 +22,7 @@ pub enum FlightMode {
     Velocity,
     /// Position, by a commanded velocity towards it.
     Position,
-    /// Attitude, heading and climb: without GPS, and in the descent that follows.
+    /// Attitude, heading and climb, for flight without GPS and for the descent that follows.
     Attitude,
 }
 
@@ -59,7 +59,7 @@ pub(super) fn parts(
     Ok(Parts { plant, controller })
 }
 
-/// The states of `whole` that `mode` controls, with the held position.
+/// The model `whole` with the states that `mode` controls. Holding position adds the position error to the states.
 pub(super) fn flown(whole: &StateSpace, mode: FlightMode) -> Result<StateSpace, DesignError> {
     match mode {
         FlightMode::Velocity => Ok(whole.clone()),
@@ -191,7 +191,7 @@ fn numbered(count: usize) -> Vec<Signal> {
     (0..count).map(|k| Signal::new(&format!("x{k}"), "")).collect()
 }
 
-/// Point at which loops are cut for their margins.
+/// Point at which the loops are broken for their margins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
     /// Commands to the actuators: lateral, longitudinal, collective, pedal.
@@ -200,7 +200,7 @@ pub enum Cut {
     Outputs,
 }
 
-/// `whole` with the position error in the axes of the heading as further states: the integrals of u, v and w.
+/// `whole` with the position error in the axes of the heading as additional states: the integrals of u, v and w.
 fn with_place(whole: &StateSpace) -> Result<StateSpace, DesignError> {
     let n = whole.states().len();
     let mut a = whole.a().clone().resize(n + 3, n + 3, 0.0);
@@ -213,7 +213,8 @@ fn with_place(whole: &StateSpace) -> Result<StateSpace, DesignError> {
     Ok(StateSpace::new(whole.name(), whole.time(), states, whole.inputs().to_vec(), a, b)?)
 }
 
-/// Response from `size` in `state`, with all else at trim and the loops of [`cut_at_actuators`] closed.
+/// Response to an initial value `size` of `state`, with all other states at trim. The loops that hold velocity are
+/// closed.
 pub(super) fn respond(
     design: &HoverDesign,
     whole: &StateSpace,
@@ -224,7 +225,7 @@ pub(super) fn respond(
     let Parts { plant, controller } = parts(design, whole, gains, FlightMode::Velocity)?;
     let cut = Loop::at_plant_input(&plant, &controller)?;
     let open = cut.open();
-    // The plant has no direct path: it moves only through its servos.
+    // The plant has no direct feedthrough: it moves only through its servos.
     let sticks = -open.c();
     let step = open.a() + open.b() * &sticks;
     let states = places(whole, DISTURBED)?;
@@ -233,7 +234,7 @@ pub(super) fn respond(
     response.respond(state, size, duration_s)
 }
 
-/// Response from `size` in `state`, with all else and every stick at trim.
+/// Response to an initial value `size` of `state`, with all other states and every stick at trim.
 pub(super) fn drift(
     whole: &StateSpace,
     period_s: f64,
@@ -270,7 +271,7 @@ fn together(time: TimeDomain, parts: &[(LinearModel, usize)]) -> LinearModel {
     all
 }
 
-/// The regulator as a linear model. States: the used hidden states, pending commands, integrals.
+/// The regulator as a linear model. Its states are the hidden states in use, the pending commands and the integrals.
 fn regulator<const Y: usize, const H: usize, const U: usize>(
     gains: &RegulatorGains<Y, H, U>,
     period_s: f64,
@@ -320,8 +321,8 @@ fn regulator<const Y: usize, const H: usize, const U: usize>(
     LinearModel { time: TimeDomain::Discrete { period_s }, a, b, c, d }
 }
 
-/// The PID controller as a linear model. States: the integral, and for a derivative also its filter and the previous
-/// measurement.
+/// The PID controller as a linear model. Its state is the integral; with a derivative gain also the derivative's filter
+/// and the previous measurement.
 fn pid(gains: &PidGains, period_s: f64) -> LinearModel {
     let time = TimeDomain::Discrete { period_s };
     if gains.derivative_s == 0.0 {

@@ -20,19 +20,18 @@ pub struct HoverDesign {
     /// Lag of the loops' measurements against the motion: zero in [`default`](Self::default), the measured lag in
     /// [`for_model`](Self::for_model).
     pub estimator: EstimatorLag,
-    /// Delay of the loops' measurements by a notch on the rotor's harmonics, s: that of
-    /// [`NotchCost`](crate::NotchCost).
+    /// Delay of the loops' measurements by a notch on the rotor's harmonics, s: see [`NotchCost`](crate::NotchCost).
     pub notch_s: f64,
-    /// Time constant with which integrals follow a limited command, s. A heading integral whose integration time is
-    /// more than ten times this follows in half its integration time.
+    /// Time constant with which integrals follow a limited command, s. A heading integral with an integration time of
+    /// more than ten times this value uses half its integration time instead.
     pub tracking_s: f64,
-    /// Roll and pitch with velocity.
+    /// Weights of the roll and pitch regulator that also controls velocity.
     pub roll_pitch: RollPitchWeights,
-    /// Roll and pitch alone.
+    /// Weights of the roll and pitch regulator that controls attitude only.
     pub attitude: AttitudeWeights,
-    /// Yaw.
+    /// Weights of the yaw regulator.
     pub yaw: YawWeights,
-    /// Heave.
+    /// Poles of the heave loop.
     pub heave: HeavePoles,
     /// Guidance towards a held position, which closes the position loop.
     #[serde(skip)]
@@ -43,11 +42,11 @@ pub struct HoverDesign {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RollPitchWeights {
-    /// Weights of p, q, φ, θ, u, v squared, per (rad/s)², rad², (m/s)².
+    /// Weights of the squares of p, q, φ, θ, u, v, per (rad/s)², rad², (m/s)².
     pub states: [f64; 6],
-    /// Weights of the integrals of u and v squared, per m².
+    /// Weights of the squared integrals of u and v, per m².
     pub integrals: [f64; 2],
-    /// Weights of lateral and longitudinal stick squared.
+    /// Weights of the squares of lateral and longitudinal stick.
     pub sticks: [f64; 2],
     /// Smallest decay rate of every disturbance, α, 1/s.
     pub decay_per_s: f64,
@@ -57,11 +56,11 @@ pub struct RollPitchWeights {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AttitudeWeights {
-    /// Weights of p, q, φ, θ squared.
+    /// Weights of the squares of p, q, φ, θ.
     pub states: [f64; 4],
-    /// Weights of the integrals of φ and θ squared.
+    /// Weights of the squared integrals of φ and θ.
     pub integrals: [f64; 2],
-    /// Weights of lateral and longitudinal stick squared.
+    /// Weights of the squares of lateral and longitudinal stick.
     pub sticks: [f64; 2],
     /// As [`RollPitchWeights::decay_per_s`].
     pub decay_per_s: f64,
@@ -71,11 +70,11 @@ pub struct AttitudeWeights {
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct YawWeights {
-    /// Weights of r and ψ squared.
+    /// Weights of the squares of r and ψ.
     pub states: [f64; 2],
-    /// Weight of the integral of ψ squared.
+    /// Weight of the squared integral of ψ.
     pub integral: f64,
-    /// Weight of pedal squared.
+    /// Weight of the square of the pedal.
     pub stick: f64,
     /// As [`RollPitchWeights::decay_per_s`].
     pub decay_per_s: f64,
@@ -96,7 +95,7 @@ pub struct HeavePoles {
 }
 
 impl Default for HoverDesign {
-    /// For a 60-class helicopter at 33 Hz with the servos of `hovernav-sim`.
+    /// Design for a 60-class helicopter at 33 Hz with the servos of `hovernav-sim`.
     fn default() -> Self {
         Self {
             period_s: 1.0 / 33.0,
@@ -133,11 +132,11 @@ impl Default for HoverDesign {
 const MOST_LAG_S: f64 = 0.15;
 
 impl HoverDesign {
-    /// Design for the model printed by Paw (2005). In it every mode is unstable, and full stick is a hundred times the
-    /// stick of hover. [`searched`](Self::searched) found it. Every flight mode has 45° and 6 dB, and every disturbance
-    /// decays within 8 s. Nine of ten models with every derivative off by up to 20 % stay stable. The design does not
-    /// include the lag of an estimator: the usual lag leaves 35° and 5.7 dB. A search that includes the lag reaches 38°
-    /// and 7.7 dB.
+    /// Design for the model printed by Paw (2005). Every mode of this model is unstable, and full stick is a hundred
+    /// times the stick of hover. [`searched`](Self::searched) found it. Every flight mode has 45° and 6 dB, and every
+    /// disturbance decays within 8 s. Nine of ten models with every derivative off by up to 20 % stay stable. The
+    /// design does not include the lag of an estimator: the usual lag leaves 35° and 5.7 dB. A search that includes the
+    /// lag reaches 38° and 7.7 dB.
     #[must_use]
     pub fn thesis() -> Self {
         Self {
@@ -165,9 +164,9 @@ impl HoverDesign {
         }
     }
 
-    /// The design for `model`: the thesis's own weights for its model, the default with the lag of the estimator for
-    /// any other. If the model contains delays and lags of its sticks, their sum beyond the loop's sample replaces the
-    /// servo lag where it is larger.
+    /// The design for `model`: [`thesis`](Self::thesis) for the model of the thesis, otherwise the default with the lag
+    /// of the estimator. A model may contain delays and lags of its sticks. Their sum minus one sample of the loop
+    /// replaces the servo lag if it is larger.
     #[must_use]
     pub fn for_model(model: &StateSpace) -> Self {
         if model.name() == "thesis-hover" {
@@ -180,8 +179,8 @@ impl HoverDesign {
         design
     }
 
-    /// Delay and lag of the sticks of `model` beyond the loop's sample, s: cyclic and collective, and pedal; 0 where
-    /// the model contains none.
+    /// Largest sum of stick delay and lag in `model` minus one sample of the loop, s. The first value is that of cyclic
+    /// and collective, the second that of the pedal; 0 where the model contains no delay and lag.
     pub(crate) fn late_s(&self, model: &StateSpace) -> [f64; 2] {
         let of = |name: String| {
             let found = model.parameters().iter().find(|known| known.name == name);
@@ -194,8 +193,8 @@ impl HoverDesign {
         [late(&["lat", "lon", "col"]), late(&["ped"])]
     }
 
-    /// Reads weights, poles and times from a TOML file. Missing values, or whole missing sections, are those of
-    /// [`for_model`](Self::for_model) for `model`, including the lags of its servos and of the estimator.
+    /// Reads weights, poles and times from a TOML file. Missing values and sections are those of
+    /// [`for_model`](Self::for_model), including the lags of the servos and of the estimator.
     ///
     /// # Errors
     /// [`DesignError::Toml`], [`DesignError::Surplus`] for one weight too many, and [`DesignError::Range`] for invalid

@@ -1,11 +1,11 @@
-//! Lag of the loops' measurements against the motion.
+//! Lag of the loops' measurements behind the motion.
 
 use nalgebra::DMatrix;
 
 use crate::DesignError;
 use hovernav_model::{Signal, StateSpace, TimeDomain};
 
-/// Lag of the loops' measurements against the motion, s, due to inertial unit and estimator.
+/// Lag of the loops' measurements behind the motion, s, due to inertial unit and estimator.
 ///
 /// Between fixes the solution adds no lag to the inertial samples. Corrections by fixes are slower than the loops.
 /// Neither is a lag at the crossover frequencies. The relevant lags are that of the inertial unit's own filter and, for
@@ -25,7 +25,7 @@ impl EstimatorLag {
     /// No lag.
     pub const NONE: Self = Self { rate_s: 0.0, attitude_s: 0.0, velocity_s: 0.0 };
 
-    /// The lag plus `further_s` in every measurement.
+    /// The lags, each increased by `further_s`.
     #[must_use]
     pub fn and(self, further_s: f64) -> Self {
         Self {
@@ -46,10 +46,10 @@ impl EstimatorLag {
 }
 
 impl Default for EstimatorLag {
-    /// Measured on simulated flights with the thesis's inertial unit, whose filter passes 25 Hz and lags by 6.4 ms. The
-    /// solution lags the truth by 6.4 ms in rates, 7 ms in attitude and 10 ms in vertical velocity (`cargo test -p
-    /// hovernav-sim --test helicopter estimator_lag -- --nocapture`). The lag of horizontal velocity is too small
-    /// compared with its error to be distinguished from that of vertical velocity.
+    /// Lags measured on simulated flights with the thesis's inertial unit, whose filter passes 25 Hz and lags by 6.4
+    /// ms. The solution lags the truth by 6.4 ms in rates, 7 ms in attitude and 10 ms in vertical velocity. The command
+    /// for this result is `cargo test -p hovernav-sim --test helicopter estimator_lag -- --nocapture`. The lag of
+    /// horizontal velocity is too small compared with its error to be distinguished from that of vertical velocity.
     fn default() -> Self {
         Self { rate_s: 0.0065, attitude_s: 0.007, velocity_s: 0.01 }
     }

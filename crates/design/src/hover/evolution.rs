@@ -38,7 +38,7 @@ pub(super) struct Minimum {
 /// Smallest `cost` found around `start` with about `most` evaluations. The first step is `step` in each coordinate; a
 /// cost of 0 ends the search. The costs of a generation are computed in parallel.
 ///
-/// The distribution of the points adapts to the shape of the valley. Weights that compensate each other leave a narrow
+/// The distribution of the points adapts to the shape of the valley. Weights that compensate each other form a narrow
 /// valley, in which steps of one weight at a time make no progress.
 ///
 /// # Source

@@ -11,8 +11,8 @@ use hovernav::autopilot::{ConfigError, Gains, Pid, Regulator, StickLimits};
 use hovernav::controls::Sticks;
 use hovernav_model::StateSpace;
 
-/// Response from `size` in `state`, with all else at trim, holding velocity. The linear plant is controlled by the
-/// regulators of the autopilot, which receive the limited commands.
+/// Response to `disturbance` in the mode that holds velocity, with all other states at trim. The linear plant is
+/// controlled by the regulators of the autopilot, which receive the limited commands.
 ///
 /// # Source
 /// Equations (C1) to (C4) and (C9) of docs/equations.md, in the order of the autopilot.
@@ -113,8 +113,9 @@ mod tests {
 
     #[test]
     fn at_the_stop_heave_moves_as_its_closed_form() {
-        // So weak a collective is at its stop for the whole of so fast a descent. With the servo's lag τ, a sample of
-        // delay and a rate limit of one sample, ẇ = Zw w + Zcol δ has a closed form. Heave alone: nothing else moves w.
+        // The limited collective is at its stop during the whole descent, because the descent is fast. With the servo's
+        // lag τ, a sample of delay and a high rate limit, ẇ = Zw w + Zcol δ has a closed-form solution. The model is
+        // heave alone: nothing else moves w.
         let coupled = shipped::raptor60();
         let w = coupled.state("w").unwrap();
         let collective = coupled.input("collective").unwrap();

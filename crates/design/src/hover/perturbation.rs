@@ -8,9 +8,10 @@ use super::uncertainty::Uncertainty;
 use crate::DesignError;
 use hovernav_model::StateSpace;
 
+/// Seed of the draw from the covariance.
 const SEED: u64 = 20_050_613;
 
-/// Perturbed plants, holding velocity, for the evaluation of a candidate.
+/// Perturbed plants in the mode that holds velocity, for the evaluation of a candidate.
 ///
 /// Independent perturbations of every derivative demand robustness against errors of well-known and unknown parameters
 /// alike. The covariance distinguishes them, if the model has one, but contains only the information of the
@@ -23,8 +24,8 @@ pub(super) struct Perturbed {
 }
 
 impl Perturbed {
-    /// `of` plants with every derivative changed by up to `share`. If `model` has a covariance and slopes of its
-    /// parameters, also as many drawn from the covariance.
+    /// `of` plants with every derivative changed by up to the fraction `share`. If `model` has a covariance and slopes
+    /// of its parameters, the same number of plants is also drawn from the covariance.
     pub fn new(
         design: &HoverDesign,
         model: &StateSpace,
@@ -35,7 +36,7 @@ impl Perturbed {
         let mut drawn = Vec::new();
         if let Some(uncertainty) = Uncertainty::of(model) {
             let mut random = Random(SEED);
-            // A vehicle whose step is not finite contains no information on the weights.
+            // A vehicle whose transition matrix is not finite is omitted: it contains no information on the weights.
             let draw = |_| {
                 let vehicle = uncertainty.vehicle(&uncertainty.draw(&mut random)).ok()?;
                 vehicle.plant(design, FlightMode::Velocity).ok()
@@ -61,7 +62,8 @@ impl Perturbed {
     }
 }
 
-/// `of` plants, holding velocity, with every derivative changed by up to `share`, behind the servos of `design`.
+/// `of` plants in the mode that holds velocity, behind the servos of `design`. Every derivative is changed by up to the
+/// fraction `share`.
 fn plants_off_by(
     design: &HoverDesign,
     model: &StateSpace,
@@ -72,7 +74,7 @@ fn plants_off_by(
     models.iter().map(|other| closed_loop::plant(design, other, FlightMode::Velocity)).collect()
 }
 
-/// `of` models like `whole` with every derivative changed by up to `share`.
+/// `of` models like `whole` with every derivative changed by up to the fraction `share`.
 pub(super) fn models_off_by(
     whole: &StateSpace,
     (share, of): (f64, usize),
@@ -81,7 +83,8 @@ pub(super) fn models_off_by(
     (0..of).map(|_| off_by(whole, share, random)).collect()
 }
 
-/// `model` with every derivative changed independently by up to `share`; kinematics and gravity stay.
+/// `model` with every derivative changed independently by up to the fraction `share`. Kinematics and gravity stay
+/// unchanged.
 fn off_by(model: &StateSpace, share: f64, random: &mut Random) -> Result<StateSpace, DesignError> {
     let is_angle: Vec<bool> = model
         .states()

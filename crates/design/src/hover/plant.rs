@@ -9,12 +9,13 @@ use hovernav_model::{LinearModel, Signal, StateSpace, TimeDomain};
 
 /// States required in every hover model.
 const MEASURED: [&str; 8] = ["p", "q", "phi", "theta", "u", "v", "w", "r"];
+/// Sticks, in the order of the controls.
 const STICKS: [&str; 4] = Sticks::NAMES;
-/// States of flapping and bar.
+/// Names of the states of flapping and bar.
 const ROTOR: [&str; 4] = ["a", "b", "c", "d"];
 
-/// `model` with every stick scaled to −1…1, in the order lateral, longitudinal, collective, pedal, and with a heading
-/// added if it has none.
+/// `model` with every stick scaled to −1…1, in the order lateral, longitudinal, collective, pedal. A heading is added
+/// to a model without heading.
 pub(super) fn normalised(model: &StateSpace) -> Result<StateSpace, DesignError> {
     model.require_continuous()?;
     for name in MEASURED {

@@ -8,13 +8,15 @@ use crate::logarithmic_frequencies;
 use hovernav_model::linalg::{complex, symmetric};
 use hovernav_model::{FrequencySweep, LinearModel, TimeDomain};
 
-/// Number of frequencies before the maximum is refined, and the first of them, rad/s.
+/// Number of frequencies before the maximum is refined.
 const FREQUENCIES: usize = 240;
+/// First frequency, rad/s.
 const FIRST_RADPS: f64 = 0.01;
-/// Largest number of improvements of the scaling, and the smallest relative gain to continue.
+/// Largest number of improvements of the scaling.
 const IMPROVED: usize = 60;
+/// Relative improvement of the bound below which the iteration ends.
 const CONVERGED: f64 = 1e-4;
-/// Addition to the diagonal of the scaling, relative to its mean diagonal: the scaling stays positive definite.
+/// Addition to the diagonal of the scaling, relative to its mean diagonal, which keeps the scaling positive definite.
 const DEFINITE: f64 = 1e-8;
 
 /// Guaranteed stability region of the parameters.
@@ -23,7 +25,7 @@ pub struct ProvenRadius {
     /// Radius of the ellipsoid of parameters, in sigma, within which every loop is stable; infinite where no parameter
     /// affects stability.
     pub sigmas: f64,
-    /// Frequency of the bound, rad/s.
+    /// Frequency that determines the bound, rad/s.
     pub frequency_radps: f64,
 }
 
@@ -37,7 +39,8 @@ pub(super) struct UncertainLoop {
 }
 
 impl UncertainLoop {
-    /// The loop whose `step` changes by `moves` for each ξₖ; `None` where nothing changes it.
+    /// The loop with the transition matrix `step`, which each ξₖ changes by its matrix in `moves`. `None` where no ξₖ
+    /// changes it.
     pub fn new(step: &DMatrix<f64>, moves: &[DMatrix<f64>], period_s: f64) -> Option<Self> {
         let n = step.nrows();
         let is_moved = |entries: &dyn Fn(&DMatrix<f64>) -> f64| {
@@ -77,9 +80,9 @@ impl UncertainLoop {
     /// Radius of the ball of ξ, real or complex, in which the loop stays stable.
     ///
     /// With T(z) from the rows to the columns at a frequency, the loop becomes unstable where I − Σ ξₖ MₖT is singular.
-    /// For every positive X, ‖Σ ξₖ X^½MₖT X^-½‖² is at most |ξ|² times the largest eigenvalue of X^-½ Φ(X) X^-½, with
-    /// Φ(X) = Σ (MₖT)* X MₖT. The smallest of these over all X is the spectral radius of Φ, which is a positive map.
-    /// Iterations of Φ converge to it, and every intermediate X gives a bound.
+    /// Let Φ(X) = Σ (MₖT)* X MₖT. For every positive X, ‖Σ ξₖ X^½MₖT X^-½‖² is at most |ξ|² times the largest
+    /// eigenvalue of X^-½ Φ(X) X^-½. The smallest such eigenvalue over all X is the spectral radius of the positive map
+    /// Φ. Iterations of Φ converge to this radius, and every intermediate X gives a bound.
     ///
     /// # Source
     /// Full D scaling of one block ξᵀ ⊗ I: Packard and Doyle (1993), *The complex structured singular value*,
@@ -139,7 +142,7 @@ impl UncertainLoop {
     }
 }
 
-/// The largest eigenvalue of X^-½ Y X^-½, both Hermitian and X positive definite.
+/// The largest eigenvalue of X^-½ Y X^-½, with Hermitian X and Y and positive definite X.
 fn relative_size(y: &DMatrix<Complex<f64>>, x: &DMatrix<Complex<f64>>) -> Option<f64> {
     let factor = x.clone().cholesky()?.unpack();
     let half = factor.solve_lower_triangular(y)?;
@@ -177,7 +180,7 @@ mod tests {
         };
         // 0.5 + 0.1 ξ reaches 1 at 5 sigmas.
         near(sigmas(&dmatrix![0.5], &[dmatrix![0.1]]), 5.0);
-        // Two parameters together reach it at 1/√2 of the distance.
+        // Two parameters together reach 1 at 1/√2 of the distance.
         near(sigmas(&dmatrix![0.5], &[dmatrix![0.1], dmatrix![0.1]]), 5.0 / 2f64.sqrt());
         // Two independent parameters: the nearer one counts.
         let apart = [dmatrix![0.1, 0.0; 0.0, 0.0], dmatrix![0.0, 0.0; 0.0, 0.1]];

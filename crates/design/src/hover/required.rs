@@ -12,12 +12,13 @@ use hovernav_model::StateSpace;
 
 /// Requirements of a design.
 struct Requirements {
-    /// Recovery time of a disturbance, s: of φ, θ, p, q, u and v; of heading and yaw rate; of w.
+    /// Longest recovery time of a disturbance, s, for three groups: φ, θ, p, q, u and v; heading and yaw rate; w.
     back_s: [f64; 3],
-    /// Share of its size within which a disturbance counts as recovered.
+    /// Fraction of its size within which a disturbance counts as recovered.
     band: f64,
-    /// Margins of every loop, dB and °.
+    /// Gain margin of every loop, dB.
     gain_db: f64,
+    /// Phase margin of every loop, °.
     phase_deg: f64,
     /// Slowest decay of a model with perturbed derivatives, 1/s.
     decay_per_s: f64,
@@ -31,7 +32,8 @@ const REQUIRED: Requirements = Requirements {
     phase_deg: 45.0,
     decay_per_s: 0.0,
 };
-/// Targets of the search, slightly stricter because it uses few frequencies and few models.
+/// Targets of the search. They are slightly stricter than [`REQUIRED`], because the search uses few frequencies and few
+/// models.
 const AIMED: Requirements = Requirements {
     back_s: [7.9, 0.97, 1.95],
     band: 0.019,
@@ -43,8 +45,9 @@ const AIMED: Requirements = Requirements {
 const FREQUENCIES: usize = 90;
 /// Largest relative change of every derivative.
 const OFF: f64 = 0.2;
-/// Number of models for the evaluation of a candidate, and seed of their draw.
+/// Number of perturbed models for the evaluation of a candidate.
 const PERTURBED: usize = 48;
+/// Seed of the draw of the models.
 const SEED: u64 = 20_050_612;
 /// Acceptable mean growth of the unstable models, 1/s: about one unstable model in twenty.
 const FEW_PER_S: f64 = 0.01;
@@ -53,10 +56,10 @@ const FEW_PER_S: f64 = 0.01;
 const GROWN_PER_S: f64 = 20.0 * FEW_PER_S;
 /// Number of designs to try.
 const TRIALS: usize = 2400;
-/// First step, of the logarithms of the weights.
+/// Initial step of the search, in logarithms of the weights.
 const STEP: f64 = 0.8;
 
-/// A design with other roll and pitch weights than one that violates requirements.
+/// Replacement for a design that violates requirements. It differs in the weights of roll and pitch.
 pub(super) struct Alternative {
     pub design: HoverDesign,
     /// Violation of the requirements, by the original design and by this one.
@@ -83,8 +86,8 @@ pub(super) fn alternative(
     if now <= 0.0 {
         return Ok(None);
     }
-    // Weights that are fast in velocity and depend on the position of the zeros are in a separate valley. The search
-    // starts at uniform weights, from which it also reaches robust designs.
+    // The cost has a separate valley: weights that control velocity fast and depend on the position of the zeros. The
+    // search starts at the default weights, from which it also reaches robust designs.
     let even = HoverDesign { roll_pitch: HoverDesign::default().roll_pitch, ..design.clone() };
     let cost = |point: &[f64]| {
         let aimed = violation(&with_logarithms(&even, point), model, &perturbed, &AIMED);
@@ -111,7 +114,9 @@ fn logarithms(design: &HoverDesign) -> Vec<f64> {
 
 /// `design` with these search variables.
 fn with_logarithms(design: &HoverDesign, point: &[f64]) -> HoverDesign {
+    /// Largest magnitude of the logarithm of a weight.
     const LARGEST: f64 = 16.0;
+    /// Fastest prescribed decay of disturbances, 1/s.
     const FASTEST_DECAY_PER_S: f64 = 0.6;
     let mut next = design.clone();
     let weights = &mut next.roll_pitch;
@@ -186,7 +191,7 @@ fn violation(
     Ok(Violation { nominal, growth_per_s })
 }
 
-/// The autopilot of a design at its sample rate.
+/// Controller of a design at its sample rate.
 struct Flown {
     controller: StateSpace,
     period_s: f64,
@@ -203,20 +208,21 @@ impl Flown {
         Ok(Self { controller, period_s: design.period_s })
     }
 
-    /// Growth rate of the slowest mode of `plant` under this autopilot, 1/s, to some hundredths.
+    /// Growth rate of the slowest mode of `plant` under this autopilot, 1/s, accurate to some hundredths.
     fn growth_per_s(&self, plant: &StateSpace) -> Result<f64, DesignError> {
         let closed = Loop::at_plant_input(plant, &self.controller)?;
         Ok(growth_per_s(&closed, self.period_s))
     }
 }
 
-/// Growth rate of the slowest mode of a `closed` loop, 1/s, to some hundredths; infinite where it is not finite.
+/// Growth rate of the slowest mode of a `closed` loop, 1/s, accurate to some hundredths; infinite where the computation
+/// overflows.
 pub(super) fn growth_per_s(closed: &Loop, period_s: f64) -> f64 {
-    /// Number of squarings of the step: after 2 to this power samples only the slowest mode remains.
+    /// Number of squarings of the transition matrix. After 2¹⁴ samples only the slowest mode remains.
     const SQUARINGS: i32 = 14;
     let open = closed.open();
     let mut step = open.a() - open.b() * open.c();
-    // The original step is the current one times the exponential of this.
+    // The transition matrix is `step` times the exponential of `logarithm`.
     let mut logarithm = 0.0;
     for _ in 0..SQUARINGS {
         let size = step.amax();
@@ -249,7 +255,7 @@ pub struct PerturbedStability {
 
 impl PerturbedStability {
     /// Number of stable models with `gains` among 500 whose derivatives change independently by up to 20 %; kinematics
-    /// and gravity stay. The search uses other models.
+    /// and gravity stay unchanged. The search uses other models.
     ///
     /// # Errors
     /// [`DesignError`] where the loops cannot be closed around `model`.
@@ -258,6 +264,7 @@ impl PerturbedStability {
         model: &StateSpace,
         gains: &Gains,
     ) -> Result<Self, DesignError> {
+        /// Number of models tried.
         const OF: usize = 500;
         let whole = normalised(model)?;
         let others = models_off_by(&whole, (OFF, OF), &mut Random(SEED + 1))?;

@@ -15,6 +15,7 @@ use hovernav_model::StateSpace;
 
 /// Number of frequencies for the margins of a vehicle.
 const FREQUENCIES: usize = 90;
+/// Seed of the draw of the vehicles.
 const SEED: u64 = 20_050_614;
 
 /// Robustness of a design on vehicles drawn from the covariance of its model's parameters.
@@ -40,9 +41,9 @@ pub struct SampledMode {
     /// Number of vehicles that are stable in the mode.
     pub stable: usize,
     /// Fifth percentile over the vehicles of the smallest gain margin, dB, and phase margin, °, of any loop. An
-    /// unstable vehicle counts as without margin.
+    /// unstable vehicle counts with margins of zero.
     pub twentieth: (f64, f64),
-    /// Smallest margins of all vehicles.
+    /// Smallest gain margin, dB, and phase margin, °, of all vehicles.
     pub worst: (f64, f64),
     /// Simultaneous parameter errors for which the loops are certainly stable. `None` where the nominal loops are
     /// unstable, or one sigma is too large for a result.

@@ -28,7 +28,8 @@ pub struct Wanted {
 }
 
 impl Default for Wanted {
-    /// 8 s, heading 1 s, height 2 s; 54° and 9 dB; ±20 %; 720 designs.
+    /// Default requirements: settling just within 8 s, heading within 1 s, height within 2 s; 54° and 9 dB; ±20 %; 720
+    /// designs.
     fn default() -> Self {
         Self { settled_s: [7.7, 0.97, 1.95], phase_deg: 54.0, gain_db: 9.0, off: 0.2, trials: 720 }
     }
@@ -49,20 +50,21 @@ pub struct Search {
 const PERTURBED: usize = 24;
 /// Number of frequencies for a candidate's margins.
 const FREQUENCIES: usize = 90;
+/// Seed of the search.
 const SEED: u64 = 20_050_611;
 
 impl HoverDesign {
     /// Searches the weights of this design for `wanted` on `model`. The same start gives the same result.
     ///
-    /// Each trial multiplies one or a few weights by random factors. A smaller shortfall is kept, and the range of the
-    /// factors widens or narrows with success. The shortfall is a sum over settling, margins in every flight mode,
-    /// sticks within their travel, and stability with perturbed derivatives. Where a stick reaches a stop, settling
-    /// with stops is added. If the model contains its uncertainty, stability is also evaluated on vehicles drawn from
-    /// it, and the worse of the two counts.
+    /// Each trial multiplies one or a few weights by random factors. A design with a smaller shortfall is kept. The
+    /// range of the factors widens after success and narrows after failure. The shortfall is a sum over settling,
+    /// margins in every flight mode, sticks within their travel, and stability with perturbed derivatives. Where a
+    /// stick reaches a stop, settling with stops is added. If the model contains its uncertainty, stability is also
+    /// evaluated on vehicles drawn from it. The worse result counts.
     ///
-    /// A second search follows if the best design lacks 45° and 6 dB, the times of the table, or stability of nine in
-    /// ten models perturbed by 20 %. It varies the weights of roll and pitch for these requirements alone; its result
-    /// is selected where it violates them less.
+    /// A second search follows if the best design violates a minimum requirement. These are 45° and 6 dB, the times of
+    /// the table, and stability of nine in ten models perturbed by 20 %. The search varies the weights of roll and
+    /// pitch for these requirements alone; its result is selected where it violates them less.
     ///
     /// # Errors
     /// [`DesignError`] where the initial design is impossible for the model.
@@ -84,8 +86,8 @@ impl HoverDesign {
         };
         let start = evaluated(self.clone());
         let at_start = start.shortfall();
-        // An integral overshoots in proportion to its initial error. It has to settle before the disturbance has to, or
-        // so slowly that its tail stays within the band. Between the two is a ridge that no step crosses.
+        // An integral overshoots in proportion to its initial error. It must settle within the required time, or so
+        // slowly that its tail stays within the band. No step of the search crosses the ridge between the two.
         let mut slow = self.clone();
         slow.yaw.integral = SLOW * slow.yaw.states[1];
         let mut trials = 0;
@@ -95,8 +97,8 @@ impl HoverDesign {
             while trials - first < most && best.shortfall() > 0.0 {
                 trials += 1;
                 let mut next = best.design.clone();
-                // The loops are nearly independent. Each trial changes one loop only, so that an improvement of one is
-                // not lost by a bad draw in another.
+                // The loops are nearly independent. Each trial changes one loop only. A bad draw in another loop then
+                // cannot hide an improvement.
                 let turn = order[trials % order.len()];
                 let at =
                     if turn == Loop::Attitude && best.attitude <= 0.0 { Loop::Yaw } else { turn };
@@ -146,8 +148,9 @@ impl HoverDesign {
 /// A design and its shortfall.
 struct Evaluated {
     design: HoverDesign,
-    /// Shortfall with known velocity, and without.
+    /// Shortfall with known velocity.
     flight: f64,
+    /// Shortfall without known velocity.
     attitude: f64,
 }
 
@@ -156,8 +159,8 @@ impl Evaluated {
         self.flight + self.attitude
     }
 
-    /// The design, of this and the `other`, that violates the requirements less; for equal violations the one with the
-    /// smaller shortfall. `violation` contains that of this design and that of the other.
+    /// Selects the design that violates the requirements less, this one or `other`; for equal violations the one with
+    /// the smaller shortfall. `violation` contains the violations of this design and of the other.
     fn or(self, other: Self, violation: [f64; 2]) -> Self {
         let [own, of_other] = violation;
         let is_better = (of_other, other.shortfall()) < (own, self.shortfall());
@@ -187,7 +190,9 @@ const ORDER: [Loop; 6] =
 
 /// Weights of one loop.
 fn weights(design: &mut HoverDesign, of: Loop) -> Vec<BoundedWeight<'_>> {
+    /// Limits of a weight.
     const WEIGHT: [f64; 2] = [1e-5, 1e6];
+    /// Limits of the decay rate, 1/s.
     const DECAY: [f64; 2] = [1e-3, 0.6];
     let HoverDesign { roll_pitch, attitude, yaw, heave, .. } = design;
     let mut weights: Vec<BoundedWeight<'_>> = Vec::new();
@@ -242,7 +247,7 @@ fn in_flight(
         debug_assert!(DISTURBED.contains(&state));
         let settled_s = response.recovered_s(0.02).unwrap_or(5.0 * wanted.settled_s[0]);
         short += 4.0 * (settled_s / allowed_s - 1.0).clamp(0.0, 5.0);
-        // A pedal command of three times its travel means a loop whose design ignores its limits.
+        // A command of three times the stick's travel shows that the design ignores the limits.
         let asked = response.stick_peaks().into_iter().fold(0.0, f64::max);
         short += 0.05 * (asked - 1.0).clamp(0.0, 5.0);
         if let Some(back_s) = back_with_stops_s(design, model, &gains, &response)? {
@@ -267,7 +272,7 @@ fn in_flight(
     Ok(short + 6.0 * lost)
 }
 
-/// Shortfall without velocity.
+/// Shortfall of `design` without known velocity.
 fn in_attitude(
     design: &HoverDesign,
     model: &StateSpace,

@@ -71,7 +71,7 @@ impl HoverDesign {
             },
         )?;
         // A slow integral would absorb a short saturation of the pedal and release it as slowly as it integrates. A
-        // fast one releases it in time, and must track the limited command to avoid windup.
+        // fast integral releases it in time, and must track the limited command to avoid windup.
         let [[_, stiffness], [_, integral_per_s]] = [yaw.measured[0], yaw.integral_per_s[0]];
         let integral_s = (stiffness / integral_per_s).abs().min(SLOWEST_TRACKING_S);
         if integral_s > SLOW_INTEGRAL * self.tracking_s {
@@ -88,9 +88,9 @@ impl HoverDesign {
         })
     }
 
-    /// The loops closed around `model` by `gains`, as by the autopilot when it holds velocity and heading. Model,
-    /// servos and delay are controlled by the four loops, which are cut at the commands to the actuators lateral,
-    /// longitudinal, collective, pedal.
+    /// The loops closed around `model` by `gains`, as by the autopilot when it holds velocity and heading. The four
+    /// loops control model, servos and delay. They are broken at the commands to the actuators: lateral, longitudinal,
+    /// collective, pedal.
     ///
     /// # Errors
     /// [`DesignError`].
@@ -98,7 +98,7 @@ impl HoverDesign {
         self.close_in(model, gains, FlightMode::Velocity, Cut::Actuators)
     }
 
-    /// The loops closed in any flight `mode`, cut at `cut`.
+    /// The loops closed in the flight mode `mode`, broken at `cut`.
     ///
     /// # Errors
     /// [`DesignError`].
@@ -134,8 +134,8 @@ impl HoverDesign {
         closed_loop::respond(self, &normalised(model)?, gains, disturbance, duration_s)
     }
 
-    /// The response with the `limits` of the sticks on travel and rate. As in the autopilot, integrals track the
-    /// limited commands. Trim is in the middle of the travel.
+    /// As [`respond`](Self::respond), with the stick `limits` on travel and rate. As in the autopilot, integrals track
+    /// the limited commands. Trim is in the middle of the travel.
     ///
     /// # Errors
     /// [`DesignError`].

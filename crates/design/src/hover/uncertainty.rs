@@ -11,9 +11,9 @@ use hovernav_model::StateSpace;
 
 /// Abbreviations of the sticks in the names of delays and lags, in the order of the controls.
 const STICKS: [&str; 4] = ["lat", "lon", "col", "ped"];
-/// Smallest lag of a servo when the delay of its stick is smaller than identified, s.
+/// Lower limit of a servo lag, s, for a vehicle whose stick delay is smaller than identified.
 const SHORTEST_S: f64 = 1e-3;
-/// Variance of a direction below which it is rounding, relative to the largest, as a correlation.
+/// Eigenvalue of the correlation matrix, divided by the number of parameters, below which a direction is only rounding.
 const ROUNDING: f64 = 1e-12;
 
 /// Vehicles consistent with a model: its parameters change along the principal axes of their covariance.
@@ -74,7 +74,7 @@ impl<'a> Uncertainty<'a> {
         DVector::from_fn(self.directions(), |_, _| random.normal())
     }
 
-    /// The vehicle that differs from the model by `sigmas` along the directions.
+    /// The vehicle whose parameters differ from those of the model by `sigmas` along the directions.
     pub fn vehicle(&self, sigmas: &DVector<f64>) -> Result<Vehicle, DesignError> {
         let off = &self.axes * sigmas;
         let parameters = self.model.parameters();
@@ -114,8 +114,8 @@ pub(super) mod tests {
     use approx::assert_abs_diff_eq;
     use hovernav_model::{Parameter, Slope, shipped};
 
-    /// The 60-class helicopter whose damping, control derivatives and delays have the relative one-sigma `share`; the
-    /// two of roll are correlated.
+    /// The 60-class helicopter whose damping, control derivatives and delays have the relative one-sigma `share`. The
+    /// two derivatives of roll are correlated.
     pub(in super::super) fn known_to(share: f64) -> StateSpace {
         let model = shipped::raptor60();
         let entries = [

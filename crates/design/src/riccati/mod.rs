@@ -1,7 +1,8 @@
 //! The algebraic Riccati equations of optimal control.
 //!
-//! A structure-preserving iteration gives a start, and Newton's method refines it. The residual is computed in twice
-//! the working precision. The result is therefore accurate to rounding unless the equation itself is nearly singular.
+//! A structure-preserving iteration gives an initial solution, and Newton's method refines it. The residual is computed
+//! in twice the working precision. The result is therefore accurate to rounding unless the equation itself is nearly
+//! singular.
 
 mod newton;
 mod sign;
@@ -17,18 +18,18 @@ use hovernav_model::linalg::{dare_by_doubling, invert, symmetric};
 use newton::Equation;
 use sign::sign_solution;
 
-/// Relative accuracy of a start that is sufficient for Newton's method, in its largest element.
+/// Relative accuracy of the largest element at which an initial solution is sufficient for Newton's method.
 const START_TOLERANCE: f64 = 1e-10;
 
 /// Solves AᵀX + XA − XBR⁻¹BᵀX + Q = 0 for the X that makes A − BK stable, K = R⁻¹BᵀX.
 ///
 /// `a` is n×n, `b` n×m, `q` n×n symmetric (it may be indefinite), `r` m×m symmetric and invertible.
 ///
-/// The start is the sign of the balanced Hamiltonian matrix, with determinantal scaling.
+/// The initial solution comes from the sign of the balanced Hamiltonian matrix, with determinantal scaling.
 ///
 /// # Errors
-/// [`DesignError`] for inconsistent shapes, NaN, weights that are not symmetric, a singular `r`, or a mode that no
-/// input can stabilise. Also where no stabilising solution exists.
+/// [`DesignError`] for inconsistent shapes, NaN, weights that are not symmetric, or a singular `r`. Also for a mode
+/// that no input can stabilise, or a problem without a stabilising solution.
 ///
 /// # Source
 /// Byers, *Solving the algebraic Riccati equation with the matrix sign function*, 1987; Kleinman 1968 for Newton's
@@ -59,8 +60,9 @@ pub fn care(
 ///
 /// Shapes as in [`care`], `s` n×m, zero if omitted. `r` may be singular if R + BᵀXB is not.
 ///
-/// The start is the structured doubling algorithm. Where R is singular to rounding, it is Newton's method from the gain
-/// of a regular problem. Where the cost is too indefinite for that, it is doubling about a multiple of the identity.
+/// The initial solution comes from the structured doubling algorithm. Where R is singular to rounding, it comes from
+/// Newton's method, started at the gain of a regular problem. Where the cost is too indefinite for Newton's method, it
+/// comes from doubling about a multiple of the identity.
 ///
 /// # Errors
 /// As [`care`].
@@ -109,11 +111,11 @@ fn doubled(equation: &Equation<'_>) -> Option<DMatrix<f64>> {
     dare_by_doubling(own, g, symmetric(&cost), START_TOLERANCE)
 }
 
-/// Multiples of |R| over |B|², or of 1 where R is zero, tried by [`doubled_about`].
+/// Multiples of the identity that [`doubled_about`] tries, in units of |R|/|B|², or of 1 where R is zero.
 const SHIFTS: [f64; 4] = [1.0, -1.0, 7.0, -7.0];
 
-/// The solution as X₀ + Y with X₀ a multiple of the identity. Y solves an equation of the same kind with R + BᵀX₀B,
-/// which is regular even if R is not.
+/// The solution X₀ + Y, with X₀ a multiple of the identity. Y solves an equation of the same kind with R + BᵀX₀B, which
+/// is regular even if R is not.
 ///
 /// # Source
 /// Equation (L18) of docs/equations.md.

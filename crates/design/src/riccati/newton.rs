@@ -10,7 +10,7 @@ use crate::reachability::unstabilisable_mode;
 use hovernav_model::TimeDomain;
 use hovernav_model::linalg::{Stein, eigenvalues, invert, symmetric};
 
-/// A continuous or discrete problem, with auxiliary matrices for Newton's method.
+/// A continuous or discrete Riccati equation, with auxiliary matrices for Newton's method.
 pub(super) struct Equation<'a> {
     pub a: &'a DMatrix<f64>,
     pub b: &'a DMatrix<f64>,
@@ -30,6 +30,7 @@ struct Iterate {
     remaining: f64,
 }
 
+/// Largest number of Newton steps.
 const MOST_STEPS: usize = 60;
 /// Largest relative residual of a valid solution.
 const LARGEST_RESIDUAL: f64 = 1e-7;
@@ -62,8 +63,8 @@ impl Equation<'_> {
 
     /// X with its gain and residual.
     ///
-    /// Written in terms of the gain, the residual depends on an error of the gain only to second order. The rest
-    /// therefore profits from doubled precision.
+    /// Written in terms of the gain, the residual depends on an error of the gain only to second order. Doubled
+    /// precision of the other terms is therefore sufficient.
     fn iterate(&self, x: DMatrix<f64>) -> Option<Iterate> {
         let gain = self.gain(&x)?;
         let (m, n) = gain.shape();
@@ -96,12 +97,12 @@ impl Equation<'_> {
         }
     }
 
-    /// Newton's method from an approximate solution, as long as it improves.
+    /// Newton's method from an approximate solution, as long as each step improves the solution.
     pub fn refined(&self, start: DMatrix<f64>) -> Option<RiccatiSolution> {
         let mut best = self.iterate(start)?;
         for _ in 0..MOST_STEPS {
             let correction = self.correction(&best)?;
-            // For a correction this small, its square is below rounding.
+            // The square of so small a correction is below rounding.
             let small = correction.norm() <= 1e-12 * best.x.norm();
             let next = self.iterate(&best.x + &correction);
             match next {
@@ -117,7 +118,8 @@ impl Equation<'_> {
 
     /// Newton's method from a stabilising gain, until convergence.
     ///
-    /// Where no stabilising solution exists, it converges slowly to one on the border of stability, which is rejected.
+    /// Where no stabilising solution exists, the iteration converges slowly to a solution on the border of stability,
+    /// which is rejected.
     pub fn descended(&self, mut gain: DMatrix<f64>) -> Option<RiccatiSolution> {
         let mut before: Option<DMatrix<f64>> = None;
         for _ in 0..MOST_STEPS {

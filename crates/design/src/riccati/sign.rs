@@ -1,4 +1,4 @@
-//! Sign function of a matrix, the start of the continuous equations.
+//! Sign function of a matrix, which gives the initial solution of the continuous equations.
 
 use nalgebra::DMatrix;
 
@@ -17,7 +17,8 @@ fn sign_step(matrix: &mut DMatrix<f64>, inverse: &DMatrix<f64>, scale: f64) -> f
     (moved / size).sqrt()
 }
 
-/// Sufficient for the matrix sign of any matrix whose modes are distinct from the imaginary axis in double precision.
+/// Largest number of iterations. It is sufficient for any matrix whose modes are distinct from the imaginary axis in
+/// double precision.
 const MOST_STEPS: usize = 100;
 
 /// The solution of AᵀE + EA + Q = 0 by the sign iteration; `None` unless A is stable.
@@ -39,7 +40,7 @@ pub(super) fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Option<DMatrix<f64
         inverse.tr_mul_to(&half, &mut turned);
         q.zip_apply(&turned, |q, turned| *q = 0.5 * (scale * *q + turned / scale));
         change = sign_step(&mut a, &inverse, scale);
-        // Convergence is quadratic: the next step would change it by the square of this.
+        // Convergence is quadratic: the next step would change the matrix by the square of this change.
         if change < 1e-8 || !change.is_finite() {
             break;
         }
@@ -74,7 +75,7 @@ pub(super) fn sign_solution(
         if !change.is_finite() {
             return None;
         }
-        // Convergence is quadratic: the next step would change it by the square of this.
+        // Convergence is quadratic: the next step would change the matrix by the square of this change.
         if change < 1e-8 {
             break;
         }
@@ -95,7 +96,7 @@ pub(super) fn sign_solution(
     unscaled.iter().all(|value| value.is_finite()).then(|| symmetric(&unscaled))
 }
 
-/// A Hamiltonian matrix balanced in size, and the scaling back: X = weight·x/(state·state).
+/// A balanced Hamiltonian matrix, with the scales that restore the solution: X = weight·x/(state·state).
 struct Balanced {
     a: DMatrix<f64>,
     g: DMatrix<f64>,

@@ -6,31 +6,32 @@ use hovernav::dmu::{AnglePacket, Calibration, Measurement, Mode, ScaledPacket, V
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
-/// 38 400 baud, 8-N-1.
+/// Baud rate of the IMU's line.
 const BAUD: u32 = 38_400;
+/// Bits per byte on the line, with start and stop bit: 8-N-1.
 const BITS_PER_BYTE: u32 = 10;
 
 /// Period of the IMU's timer, ns. Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
 const TICK_NS: i64 = 790;
 
-/// Shortest interval of packets in continuous mode, s: 70 Hz (page 16 of the same manual), with a margin for
-/// unevenly spaced samples.
+/// Shortest interval of packets in continuous mode, s: 70 Hz, with a margin for unevenly spaced samples. Source: page
+/// 16 of Crossbow's *AHRS Series User's Manual*.
 const SHORTEST_PACE_S: f64 = 0.95 / 70.0;
 
-/// Longest interval between samples in which a poll is answered, s.
+/// Longest interval between two samples, s, across which a poll is answered by interpolation.
 const LONGEST_HOLD_S: f64 = 0.2;
 
 /// Behaviour of commands that differs between firmware versions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Firmware {
-    /// Whether `R` resets to polled voltage mode.
+    /// Whether the command `R` resets the IMU to polled voltage mode.
     pub ping_resets: bool,
-    /// Whether `P` ends continuous mode; otherwise only `G` does.
+    /// Whether the command `P` ends continuous mode; otherwise only `G` ends it.
     pub knows_polled: bool,
 }
 
 impl Default for Firmware {
-    /// The behaviour in the later manuals.
+    /// The behaviour that the later manuals describe.
     fn default() -> Self {
         Self { ping_resets: false, knows_polled: true }
     }
@@ -51,10 +52,10 @@ pub trait PacketSource: Send {
     fn span(&self) -> Option<(Time, Time)>;
 }
 
-/// The IMU at the far end of its line.
+/// An emulated IMU at the device's end of a serial line.
 ///
-/// In continuous mode it sends each packet at its time, but at most 70 per second. Its timer follows the time
-/// passed to it.
+/// In continuous mode it sends each packet at the time of the packet, but at most 70 packets per second. Its timer
+/// follows the time passed to it.
 #[derive(Clone, Debug)]
 pub struct DmuDevice<S = GivenPackets> {
     /// Firmware behaviour.
@@ -112,7 +113,7 @@ impl DmuDevice {
 }
 
 impl<S: PacketSource> DmuDevice<S> {
-    /// An IMU just switched on, in polled voltage mode, with the measurements of `source`.
+    /// An IMU just switched on, in polled voltage mode, that sends the measurements of `source`.
     #[must_use]
     pub fn measuring_by(source: S) -> Self {
         Self {

@@ -27,11 +27,11 @@ pub struct Epoch {
     pub height_m: f64,
     /// Velocity north, east and down, m/s, if known.
     pub velocity_ned_mps: Option<[f64; 3]>,
-    /// One-sigma of the horizontal position, m.
+    /// Standard deviation of the horizontal position, m.
     pub horizontal_sigma_m: f64,
-    /// One-sigma of the height, m.
+    /// Standard deviation of the height, m.
     pub vertical_sigma_m: f64,
-    /// One-sigma of the velocity, m/s.
+    /// Standard deviation of the velocity, m/s.
     pub speed_sigma_mps: f64,
     /// Satellites used, 1 to 12.
     pub satellites: u8,
@@ -120,7 +120,7 @@ pub fn tsip_coarse_lla(epoch: &Epoch) -> Vec<u8> {
     tsip_packet(0x4A, &payload)
 }
 
-/// 0x56, velocity; no bytes if it is unknown.
+/// 0x56, velocity; no bytes if the velocity is unknown.
 #[must_use]
 pub fn tsip_enu(epoch: &Epoch) -> Vec<u8> {
     let Some([north, east, down]) = epoch.velocity_ned_mps else { return Vec::new() };
@@ -184,7 +184,7 @@ pub fn ubx_message(class: u8, id: u8, payload: &[u8]) -> Vec<u8> {
     wire
 }
 
-/// The checksum of a UBX message over `bytes`, from its class to the end of its payload.
+/// The checksum of a UBX message. `bytes` are the message from its class to the end of its payload.
 #[must_use]
 pub fn ubx_checksum(bytes: &[u8]) -> [u8; 2] {
     let (mut a, mut b) = (0u8, 0u8);
@@ -205,7 +205,7 @@ pub fn ubx_pvt(epoch: &Epoch) -> Vec<u8> {
     let fields = [utc.month(), utc.day(), utc.hour(), utc.minute(), utc.second(), 0x37];
     payload.extend(fields.map(|field| field as u8));
     payload.extend(30u32.to_le_bytes());
-    // Epochs of real receivers differ from the millisecond by some hundred nanoseconds.
+    // Times of real receivers differ from whole milliseconds by some hundred nanoseconds.
     payload.extend((utc.nanosecond() as i32 - 133).to_le_bytes());
     payload.extend([3, 0x01, 0, epoch.satellites]);
     payload.extend(scaled(epoch.longitude_deg, 1e7));
@@ -272,7 +272,7 @@ pub fn nmea_sentence(body: &str) -> Vec<u8> {
     format!("${body}*{sum:02X}\r\n").into_bytes()
 }
 
-/// `ddmm.mmmmmm,N,dddmm.mmmmmm,E`.
+/// Latitude and longitude as NMEA fields, `ddmm.mmmmmm,N,dddmm.mmmmmm,E`.
 #[must_use]
 pub fn nmea_place(latitude_deg: f64, longitude_deg: f64) -> String {
     // In whole 1e-6 minutes, so that 59.9999999 is not printed as 60.
@@ -321,7 +321,7 @@ pub fn nmea_vtg(epoch: &Epoch) -> Vec<u8> {
     nmea_sentence(&format!("GPVTG,{course},T,,M,{knots},N,,K,A"))
 }
 
-/// RMC, GGA, GSA, VTG.
+/// The sentences RMC, GGA, GSA and VTG of one epoch.
 #[must_use]
 pub fn nmea_epoch(epoch: &Epoch) -> Vec<u8> {
     [nmea_rmc, nmea_gga, nmea_gsa, nmea_vtg].iter().flat_map(|sentence| sentence(epoch)).collect()

@@ -9,13 +9,14 @@ use hovernav::time::Time;
 
 /// Time of the first fix on the receiver's clock: Friday, 20 March 2026.
 const FIRST_TIME_OF_WEEK_MS: i64 = 446_988_000;
+/// Duration of a week, ms.
 const WEEK_MS: i64 = 604_800_000;
 
 /// Interval of TSIP's unsolicited time and health packets, s. Source: Trimble, *Lassen-SK8 System Designer
 /// Reference Manual*, 34149-01, appendix A.
 const STATUS_S: f64 = 5.0;
 
-/// A receiver at the far end of its line, with given fixes.
+/// An emulated receiver at the device's end of a serial line. It sends given fixes.
 ///
 /// The receiver has factory settings and must be configured like a real one:
 ///
@@ -25,7 +26,8 @@ const STATUS_S: f64 = 5.0;
 /// | TSIP | 0x4A and 0x56, with 0x41, 0x46, 0x6D, 0x82 | 0x1F, 0x21, 0x24, 0x26, 0x35, 0x8E-20 | 9600 baud, 8-O-1 |
 /// | UBX | the sentences of NMEA | CFG-RATE, CFG-MSG; CFG-VALSET is rejected | 38 400 baud, 8-N-1 |
 ///
-/// The rate is that of the fixes, independent of CFG-RATE. The receiver's clock starts in GPS week 2410.
+/// The receiver sends at the rate of the given fixes and ignores the rate in CFG-RATE. The receiver's clock starts in
+/// GPS week 2410.
 #[derive(Clone, Debug)]
 pub struct GpsDevice {
     fixes: Vec<(Time, Epoch)>,
@@ -53,9 +55,9 @@ const SENTENCES: [(u8, Writer); 4] =
     [(4, encode::nmea_rmc), (0, encode::nmea_gga), (2, encode::nmea_gsa), (5, encode::nmea_vtg)];
 
 impl GpsDevice {
-    /// A receiver that will send `fixes`, in time order. The first byte of each begins `latency_s` after the time
-    /// of the fix. Missing values are sent as typical ones: 8 satellites, one-sigmas of 2.5 m, 4 m and 0.3 m/s.
-    /// Without a horizontal velocity no velocity is sent; a missing vertical velocity is sent as 0.
+    /// A receiver that will send `fixes`, in time order. The transmission of each fix begins `latency_s` after the time
+    /// of the fix. Missing values are sent as typical ones: 8 satellites, one-sigmas of 2.5 m, 4 m and 0.3 m/s. Without
+    /// a horizontal velocity no velocity is sent; a missing vertical velocity is sent as 0.
     #[must_use]
     pub fn new(protocol: Protocol, fixes: &[Fix], latency_s: f64) -> Self {
         let (dialogue, line) = match protocol {
@@ -78,7 +80,7 @@ impl GpsDevice {
         receiver
     }
 
-    /// Adds a fix, later than the others; its first byte begins `latency_s` after the time of the fix.
+    /// Adds a fix that is later than all others. Its transmission begins `latency_s` after the time of the fix.
     pub fn will_have(&mut self, fix: &Fix, latency_s: f64) {
         let start = *self.start.get_or_insert(fix.time);
         self.fixes.push((fix.time + latency_s, epoch(fix, fix.time - start)));
@@ -134,7 +136,7 @@ impl GpsDevice {
     }
 }
 
-/// The receiver's data of a fix, `since_start_s` after the first one.
+/// Data that the receiver sends for `fix`, a fix `since_start_s` after the first one.
 fn epoch(fix: &Fix, since_start_s: f64) -> Epoch {
     let time_ms = FIRST_TIME_OF_WEEK_MS + (since_start_s * 1e3).round() as i64;
     let [north, east] = fix.horizontal_velocity_mps.unwrap_or_default();
@@ -151,7 +153,7 @@ fn epoch(fix: &Fix, since_start_s: f64) -> Epoch {
             .map(|_| [north, east, fix.down_velocity_mps.unwrap_or_default()]),
         horizontal_sigma_m: position.map_or(2.5, horizontal),
         vertical_sigma_m: position.map_or(4.0, |sigma| sigma[2]),
-        // One value for three axes: their root mean square.
+        // The receiver sends one value for three axes: the root mean square of the axes.
         speed_sigma_mps: fix.velocity_sigma_mps.map_or(0.3, |sigma| sigma.norm() / f64::sqrt(3.0)),
         satellites: fix.satellites.unwrap_or(8).clamp(1, 12),
     }

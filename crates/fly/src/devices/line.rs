@@ -7,7 +7,7 @@ use hovernav::time::Time;
 /// Longest backlog of a line, s; further messages are lost.
 const LONGEST_BACKLOG_S: f64 = 1.0;
 
-/// The direction from a device to the host.
+/// The direction of a serial line from the device to the host.
 #[derive(Clone, Debug)]
 pub(super) struct Line {
     byte_s: f64,

@@ -2,18 +2,18 @@
 //!
 //! | device | emulates | from |
 //! |---|---|---|
-//! | [`DmuDevice`] | Crossbow DMU-HDX-AHRS: commands `R r c a P C G`, three packet formats, polled or continuous | packets or inertial samples |
+//! | [`DmuDevice`] | Crossbow DMU-HDX-AHRS: `R r c a P C G`, three formats, polled or continuous | packets or samples |
 //! | [`GpsDevice`] | a receiver with TSIP, NMEA 0183 or UBX, configured like a real one | fixes |
 //! | [`RecordedDevice`] | nothing: it replays the bytes of a flight record | bytes with their times |
 //!
-//! A [`Device`] is at the far end of a serial line. It receives the bytes that the host wrote, and returns the
-//! bytes that have arrived at the host by a given time. Each byte takes its time on the line, so packets arrive in
-//! pieces and bursts arrive late, as from hardware. More than a second of backlog is lost. A device does no input
-//! or output: [`play`](crate::play) connects it to a pseudo-terminal, and tests call it directly. [`encode`] writes
-//! the receivers' messages.
+//! A [`Device`] is at the far end of a serial line. It receives the bytes that the host wrote, and returns the bytes
+//! that have arrived at the host by a given time. Each byte needs its transmission time, so packets arrive in pieces
+//! and bursts arrive late, as from hardware. More than a second of backlog is lost. A device does no input or output:
+//! [`play`](crate::play) connects it to a pseudo-terminal, and tests call it directly. [`encode`] writes the receivers'
+//! messages.
 //!
-//! Not emulated: noise and damage on the line (tests add their own), a receiver's acquisition and time to first
-//! fix, the IMU's self-test and calibration commands.
+//! Not emulated: noise and damage on the line (tests add their own), a receiver's acquisition and time to first fix,
+//! the IMU's self-test and calibration commands.
 //!
 //! ```
 //! use hovernav::dmu::{AnglePacket, Flow, Link, LinkAction, Mode};
@@ -68,6 +68,6 @@ pub trait Device: Send {
     /// Times of the first and the last measurement; `None` without measurements.
     fn span(&self) -> Option<(Time, Time)>;
 
-    /// Whether it sends measurements; some devices first wait for a command.
+    /// Whether the device sends measurements; some devices first wait for a command.
     fn is_started(&self) -> bool;
 }

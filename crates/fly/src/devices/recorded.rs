@@ -13,7 +13,7 @@ pub struct RecordedDevice {
 }
 
 impl RecordedDevice {
-    /// The device that sent these `pieces`, each with its time of arrival, in order of time.
+    /// A device that sends the recorded `pieces`, each with its time of arrival, in order of time.
     #[must_use]
     pub fn new(pieces: Vec<(Time, Vec<u8>)>) -> Self {
         let span = pieces.first().zip(pieces.last()).map(|(first, last)| (first.0, last.0));

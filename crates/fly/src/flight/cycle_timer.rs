@@ -57,9 +57,9 @@ impl CycleTimer {
         }
     }
 
-    /// Reports that the packet of this cycle was `behind_s` later on arrival than when sent, compared with the previous
-    /// packet. The loop woke late, unless it ran by the clock in between and found no packet: then the line delayed the
-    /// packet.
+    /// Reports that this cycle's packet was delayed by `behind_s` more than the previous packet, from sending to
+    /// arrival. The delay counts as a late wake-up of the loop, with one exception. If the loop ran a cycle by the
+    /// clock in between and found no packet, the line delayed the packet.
     pub fn packet_behind(&mut self, behind_s: f64) {
         let by_the_line = std::mem::take(&mut self.ran_by_clock);
         self.woke_late |= behind_s > 0.5 * self.cycle_s && !by_the_line;
@@ -75,7 +75,7 @@ impl CycleTimer {
         self.complete = true;
     }
 
-    /// Reports the start of a wait; returns the cycle that this completes, if any.
+    /// Reports the start of a wait; returns the timing of the cycle that ends here, if any.
     pub fn begin_wait(&mut self, now: Time) -> Option<CycleTiming> {
         self.work_s += now - self.wait_ended;
         self.wait_began = now;
@@ -94,7 +94,7 @@ impl CycleTimer {
     pub fn end_wait(&mut self, now: Time, requested: Option<Time>) {
         self.wait_ended = now;
         if let Some(requested) = requested {
-            // A requested time before the wait counts from the start of the wait.
+            // If the requested time is before the wait, the delay counts from the start of the wait.
             let late_s = now - requested.max(self.wait_began);
             self.wake_latency.add(late_s);
             self.woke_late |= late_s > 0.5 * self.cycle_s;

@@ -22,18 +22,18 @@ const WRITE_S: f64 = 0.025;
 
 /// Longest and shortest interval between supplements, s.
 const SUPPLEMENT_S: [f64; 2] = [2.0, 0.1];
-/// Shortest interval before a changed supplement, s.
+/// Shortest interval, s, from a supplement to the next one if its content has changed.
 const CHANGE_S: f64 = 0.1;
-/// Rate of snapshots assumed for the capacity left for supplements, Hz.
+/// Rate of snapshots, Hz, that is assumed to compute the capacity left for supplements.
 const SNAPSHOTS_HZ: f64 = 33.0;
 /// Interval of empty frames from a paused vehicle on UDP, s. They inform the ground of the vehicle's address.
 const PRESENCE_S: f64 = 1.0;
 
 /// Format of the telemetry on a line.
 enum Encoder {
-    /// Packed frames, while the ground has enabled them.
+    /// Packed frames; they are sent only while the ground has enabled them.
     Packed(Box<Packed>),
-    /// MAVLink 2, always.
+    /// MAVLink 2; always sent.
     Mavlink(Box<Mavlink>),
 }
 
@@ -111,7 +111,7 @@ impl Packed {
         let severity = match level {
             Level::Info => Severity::Info,
             Level::Warning => Severity::Warning,
-            // The highest severity of a packed frame.
+            // `Error` is the highest severity in a packed frame.
             Level::Error | Level::Critical => Severity::Error,
         };
         let mut rest = line.trim();
@@ -291,7 +291,7 @@ impl Drop for Downlink {
     }
 }
 
-/// The path of a port; empty without one.
+/// Path of `port`; empty without a port.
 fn path(port: Option<&PathBuf>) -> &Path {
     port.map_or(Path::new(""), PathBuf::as_path)
 }

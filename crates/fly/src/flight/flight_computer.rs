@@ -25,13 +25,13 @@ const QUEUE: usize = 1024;
 /// telemetry. `record` is the file to write. Events are sent to `notifications`; if that queue is full, they are
 /// dropped and the flight does not wait.
 ///
-/// The loop is one thread, paced by the packets of the IMU. Each other line, and the record, has its own thread
-/// behind a bounded queue or a single slot, so it cannot block the loop. Without the IMU, the loop continues at 33
-/// Hz with the pilot only.
+/// The loop is one thread, paced by the packets of the IMU. Each other line, and the record, has its own thread behind
+/// a bounded queue or a single slot, so it cannot block the loop. Without the IMU, the loop continues at 33 Hz with the
+/// pilot only.
 ///
 /// # Errors
-/// [`FlyError`] if the flight cannot begin. A record that cannot be created is an error only with `[record] required`;
-/// otherwise it is reported, and the flight goes on without. Afterwards only `stop` ends it.
+/// [`FlyError`] if the flight cannot begin. A record that cannot be created is an error only with `[record] required`.
+/// Otherwise it is reported, and the flight continues without a record. Once the flight has begun, only `stop` ends it.
 pub fn fly(
     config: &FlyConfig,
     record: &Path,

@@ -49,7 +49,7 @@ pub struct FlightLoop {
     /// The estimate at the last sample.
     solution: Option<Solution>,
     stepless: SteplessSolution,
-    /// The solution at the last sample without steps, for the autopilot.
+    /// The solution at the last sample for the autopilot, without the jumps caused by corrections.
     flown: Option<Solution>,
     monitor: HealthMonitor,
     /// Last reported trust in attitude, velocity and position; `None` before the first solution.
@@ -57,7 +57,7 @@ pub struct FlightLoop {
     /// Whether attitude, velocity and position have each been valid.
     were_good: [bool; 3],
     servos: Servos,
-    /// Pilot and autopilot; `None` without an autopilot.
+    /// Flight control by pilot and autopilot; `None` without an autopilot.
     control: Option<FlightControl>,
     mode: Mode,
     servos_good: bool,
@@ -378,7 +378,7 @@ impl FlightLoop {
     fn monitor_record(&mut self, now: Time) {
         let status = self.log.recorder.status();
         let before = std::mem::replace(&mut self.report.record, status);
-        // Bytes that could not be written wait for another attempt; lost entries stay lost.
+        // Bytes that could not be written are tried again; lost entries stay lost.
         let good = !status.is_absent
             && status.bytes_waiting == 0
             && status.lost_raw == before.lost_raw
@@ -403,7 +403,7 @@ impl FlightLoop {
         let health = self.monitor.assess(self.solution.as_ref(), now);
         snapshot.status = snapshot.status.with_estimate(&health);
         let trusts = [health.attitude_trust(), health.velocity_trust(), health.position_trust()];
-        // No change is reported before and at the first solution.
+        // Before the first solution, and at it, no change is reported.
         let before = if self.solution.is_some() { self.trusts.replace(trusts) } else { None };
         let names = ["attitude", "velocity", "position"];
         let each = names.into_iter().zip(trusts).zip(before.unwrap_or(trusts));
@@ -436,7 +436,7 @@ impl FlightLoop {
         self.dmu_commands_lost = lost;
     }
 
-    /// Looks at bytes of the inertial unit's line.
+    /// Checks bytes from the IMU's line for messages of a receiver, which show that the ports are swapped.
     pub fn unit_bytes(&mut self, now: Time, bytes: &[u8]) {
         let found = self.sensor_monitor.unit_bytes(bytes);
         found.into_iter().for_each(|found| self.log.found(now, found));

@@ -104,7 +104,9 @@ impl Udp {
     fn open(&self) -> io::Result<UdpSocket> {
         let mut outcome = Err(io::ErrorKind::NotFound.into());
         for ground in self.address.to_socket_addrs()? {
-            // Connected, the socket receives datagrams of the ground alone; before, of this computer at most.
+            // A connected socket receives only datagrams from the ground. If the ground is on this computer, the socket
+            // is bound to the loopback address, so that before the connection it receives only datagrams from this
+            // computer.
             let own: IpAddr = match ground.ip() {
                 IpAddr::V4(ip) if ip.is_loopback() => Ipv4Addr::LOCALHOST.into(),
                 IpAddr::V6(ip) if ip.is_loopback() => Ipv6Addr::LOCALHOST.into(),
@@ -135,7 +137,8 @@ impl Udp {
         let wait = self.clock.until(deadline).max(LEAST_WAIT);
         let read = socket.set_read_timeout(Some(wait)).and_then(|()| socket.recv(buffer));
         read.unwrap_or_else(|_| {
-            // Without a listener the read fails at once, and an emulated clock did not advance.
+            // The read returns at once if no program listens at the other end. A read also does not advance an
+            // emulated clock. Therefore this waits until the deadline.
             self.clock.sleep_until(deadline);
             0
         })

@@ -13,8 +13,8 @@ pub const UNTRIED_GAINS: &str = "the autopilot's gains are not checked: set [aut
                                  fly.toml to the vehicle's model, which checks them before each \
                                  flight";
 
-/// Cause, severity and text for a changed trust in the part `name` of the estimate. `again` is whether that part
-/// was valid earlier in the flight.
+/// Cause, severity and text for a changed validity of the quantity `name` (attitude, velocity or position). `again` is
+/// whether that quantity was valid earlier in the flight.
 pub fn of_trust(
     name: &str,
     trust: Trust,
@@ -33,8 +33,8 @@ pub fn of_trust(
         }
         (Trust::Lost, Some(why), _) => {
             let is_all = health.tilt.is_err();
-            // Without attitude only the pilot can fly. The loss of the other parts follows from it and is only a
-            // warning.
+            // Without attitude only the pilot can fly. The loss of velocity and position follows from the loss of
+            // attitude and is only a warning.
             let (level, what) = match name {
                 "attitude" if is_all => (Level::Critical, "; fly by hand"),
                 _ => (Level::Warning, ""),
@@ -57,12 +57,12 @@ pub fn of_trust(
     }
 }
 
-/// The cause of an unusable estimate; `is_all` is whether all of the estimate is unusable.
+/// Sensor or function at fault for an unusable quantity; `is_all` is whether the whole estimate is unusable.
 const fn part_of(why: Distrust, is_all: bool) -> Part {
     match why {
         Distrust::Stale | Distrust::Missing => Part::InertialUnit,
         Distrust::Frozen if is_all => Part::InertialUnit,
-        // These errors grow without fixes.
+        // These errors grow while no fixes are accepted.
         Distrust::Frozen
         | Distrust::Velocity
         | Distrust::VerticalVelocity

@@ -18,7 +18,7 @@ pub struct Notification {
     pub time: Time,
     /// Severity.
     pub level: Level,
-    /// The sensor or part that caused the event.
+    /// The sensor or function that caused the event.
     pub part: Part,
     /// Text of the event.
     pub text: ShortText,
@@ -51,7 +51,7 @@ impl EventLog {
         self.event(now, level, kind.name(), text);
     }
 
-    /// As [`event`](Self::event), for a `part` that `kind` does not determine.
+    /// Records an event as [`event`](Self::event) does, for a `part` that `kind` does not determine.
     pub fn event_of(
         &mut self,
         part: Part,

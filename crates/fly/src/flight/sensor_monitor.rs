@@ -1,5 +1,5 @@
 //! Findings that show only over time, in flight: lost samples, vibration, a drifting clock, swapped ports. Kinds and
-//! limits are those of `hovernav estimate`.
+//! limits are the same as in `hovernav estimate`.
 
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
@@ -7,37 +7,38 @@ use hovernav_log::FindingKind;
 use hovernav_log::limits::{DRIFTED_S, HIGH_VIBRATION_MPS, LOST_SAMPLES, vibration_mps};
 use hovernav_record::{Level, ShortText};
 
-/// Time over which samples are judged, s.
+/// Length of the evaluation window for the samples, s.
 const WINDOW_S: f64 = 10.0;
-/// Share of a limit below which a finding is over.
+/// Fraction of a limit below which a finding ends.
 const OVER: f64 = 0.5;
-/// Longest interval between samples that is not a gap, in usual intervals; the estimator reports gaps.
+/// Shortest interval, in usual intervals, that is a gap. The estimator reports gaps, so they are not counted here.
 const GAP_INTERVALS: f64 = 5.0;
-/// Weight of a new interval in the running mean that is the usual interval.
+/// Weight of a new interval in the running mean; the mean is the usual interval.
 const SHARE: f64 = 0.02;
-/// Time between two reports of a finding that lasts, s.
+/// Time between two reports of a finding that continues, s.
 const AGAIN_S: f64 = 60.0;
-/// Time over which the least delay of the fixes is found, s.
+/// Length of the window in which the smallest delay of the fixes is determined, s.
 const CLOCK_WINDOW_S: f64 = 30.0;
-/// Smallest rate error of the flight clock that is reported; crystals differ by a quarter of it.
+/// Smallest rate error of the flight clock that is reported. The rate errors of crystals are about a quarter of this
+/// value.
 const LEAST_RATE: f64 = 2e-4;
-/// Bytes of a receiver on the inertial unit's port that show swapped ports.
+/// First bytes of a receiver's messages. On the IMU's port they show that the ports are swapped.
 const STARTS: [[u8; 3]; 4] = [*b"$GP", *b"$GN", [0xB5, 0x62, 0x01], [0x10, 0x8F, 0x20]];
-/// Number of such byte sequences, without a packet in between, that shows swapped ports.
+/// Number of receiver messages on the IMU's port, without an IMU packet in between, that shows swapped ports.
 const LEAST_STARTS: u32 = 3;
 
 /// A report: severity, kind and text.
 pub type Report = (Level, FindingKind, ShortText);
 
-/// A finding that begins, lasts and ends.
+/// State of a finding that begins, continues and ends.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lasting {
     reported: Option<Time>,
 }
 
 impl Lasting {
-    /// Whether to report at `now` that the finding is there (`true`) or over (`false`); `size` is in multiples of its
-    /// limit.
+    /// Returns `Some(true)` if the finding is to be reported at `now`, `Some(false)` if its end is to be reported.
+    /// `size` is in multiples of the finding's limit.
     fn update(&mut self, size: f64, now: Time) -> Option<bool> {
         if size > 1.0 && self.reported.is_none_or(|reported| now - reported >= AGAIN_S) {
             self.reported = Some(now);
@@ -47,7 +48,7 @@ impl Lasting {
     }
 }
 
-/// Monitor of the samples, the fixes and the inertial unit's line.
+/// Monitor of the samples, the fixes and the IMU's line.
 #[derive(Debug)]
 pub struct SensorMonitor {
     usual_s: f64,
@@ -55,8 +56,9 @@ pub struct SensorMonitor {
     count: u32,
     missing: f64,
     missing_in_all: f64,
-    /// Specific forces of the last two samples, and the sums of their squared second differences.
+    /// Specific forces of the last two samples, m/s².
     before: [Option<Vector<Body>>; 2],
+    /// Sums of the squared second differences of the specific force per axis, m²/s⁴.
     bends: [f64; 3],
     lost: Lasting,
     shaken: Lasting,
@@ -65,7 +67,7 @@ pub struct SensorMonitor {
 }
 
 impl SensorMonitor {
-    /// A monitor of an inertial unit whose samples are `usual_s` apart.
+    /// A monitor of an IMU whose samples are `usual_s` apart, s.
     pub fn new(usual_s: f64) -> Self {
         Self {
             usual_s,
@@ -82,7 +84,7 @@ impl SensorMonitor {
         }
     }
 
-    /// Number of samples missing since the start, without those of gaps.
+    /// Number of samples missing since the start. Intervals of five or more usual intervals are gaps and do not count.
     pub fn missing(&self) -> u32 {
         self.missing_in_all as u32
     }
@@ -150,12 +152,12 @@ impl SensorMonitor {
         }
     }
 
-    /// Takes a fix of UTC `unix_ns`, ns since 1970, that arrived at `arrival`; reports a drift of the flight clock.
+    /// Checks the flight clock with a fix of UTC `unix_ns`, ns since 1970, that arrived at `arrival`; reports a drift.
     pub fn fix(&mut self, arrival: Time, unix_ns: i64) -> Option<Report> {
         self.clock.fix(arrival, unix_ns)
     }
 
-    /// Takes bytes of the inertial unit's line; reports a receiver at its other end.
+    /// Checks bytes from the IMU's line; reports a receiver at the other end of this line.
     pub fn unit_bytes(&mut self, bytes: &[u8]) -> Option<Report> {
         self.line.bytes(bytes).then(|| {
             let text = "inertial unit: its port sends GPS: swap [dmu] port and [receiver] port";
@@ -164,12 +166,12 @@ impl SensorMonitor {
     }
 }
 
-/// Drift of the flight clock against GPS, by the least delay of the fixes.
+/// Monitor of the drift of the flight clock against GPS time, from the smallest delay of the fixes in each window.
 #[derive(Clone, Copy, Debug, Default)]
 struct ClockMonitor {
-    /// Start of the window, and the least delay in it, ns.
+    /// Start of the window, and the smallest delay in it, ns.
     window: Option<(Time, i64)>,
-    /// Middle of the first window, and its least delay, ns.
+    /// Start of the first window, and the smallest delay in it, ns.
     first: Option<(Time, i64)>,
     drifted: Lasting,
 }
@@ -189,7 +191,7 @@ impl ClockMonitor {
         };
         let drifted_s = least_ns.saturating_sub(first_ns) as f64 * 1e-9;
         let rate = drifted_s / (start - first);
-        // A step of the receiver's UTC, by leap seconds or at its first fix, is no drift.
+        // A jump of the receiver's UTC, by leap seconds or at its first fix, is not a drift.
         if drifted_s.abs() > 1.0 && self.drifted.reported.is_none() {
             self.first = Some((start, least_ns));
             return None;
@@ -206,7 +208,7 @@ impl ClockMonitor {
     }
 }
 
-/// Messages of a receiver on the inertial unit's line.
+/// Monitor of the IMU's line for messages of a receiver.
 #[derive(Clone, Copy, Debug, Default)]
 struct LineMonitor {
     last: [u8; 3],
@@ -214,7 +216,7 @@ struct LineMonitor {
 }
 
 impl LineMonitor {
-    /// Whether these bytes complete the evidence of swapped ports; once.
+    /// Returns true once: when these bytes complete the evidence of swapped ports.
     fn bytes(&mut self, bytes: &[u8]) -> bool {
         let before = self.starts;
         for byte in bytes {

@@ -18,8 +18,8 @@ use hovernav_record::{CaptureSection, FlyConfig, Level, Line, Part};
 /// Length of the queue of the pilot's stream: 5 s.
 const QUEUE: usize = 256;
 
-/// Time after the start without pilot pulses until that is reported, s. Ports are retried every 0.5 s, and a
-/// receiver sends every 20 ms.
+/// Time from the start until missing pilot pulses are reported, s. Ports are retried every 0.5 s, and a receiver sends
+/// every 20 ms.
 const FIRST_PULSES_S: f64 = 1.0;
 
 /// Source of the pilot's pulses; there is one per flight.
@@ -40,7 +40,7 @@ pub enum ServoEvent<'a> {
     OutputPort(&'a PortName, PortEvent),
     /// The new state of the pilot's signal.
     Signal(Signal),
-    /// First failure of the source or the servos after they worked.
+    /// First failure of the pilot's source or of the servos after a time without failures.
     Failed(String),
 }
 
@@ -195,7 +195,7 @@ impl Servos {
         }
     }
 
-    /// The widths, ms, that pass the pilot's command on, mixed if the swashplate needs it; NaN without a pilot.
+    /// Servo pulse widths, ms, for the pilot's own command, mixed if the swashplate needs it; NaN without a pilot.
     pub fn passed_on_ms(&self, pilot: &PilotState) -> Channels<f64> {
         // In failsafe the receiver generates the pulses, not the pilot.
         let is_pilots = pilot.signal != Some(Signal::Failsafe);

@@ -6,14 +6,15 @@ use hovernav_record::{Level, ShortText};
 
 /// Change of the receiver's UTC that is reported, ns: more than the variation of the latency of fixes.
 const MOVED_NS: i64 = 1_000_000_000;
-/// Least error of this computer's clock, s, that causes a warning.
+/// Smallest error of this computer's clock, s, that causes a warning.
 const OFF_S: f64 = 2.0;
 
 /// UTC from the receiver, relative to the flight clock.
 #[derive(Clone, Copy, Debug)]
 pub struct UtcClock {
-    /// UTC since 1970 minus the flight clock, ns, of this computer; then the last reported value from the receiver.
+    /// UTC since 1970 minus the flight clock, ns, according to this computer.
     system_ns: i64,
+    /// UTC since 1970 minus the flight clock, ns, as last reported from the receiver.
     reported_ns: Option<i64>,
 }
 
@@ -26,7 +27,7 @@ impl UtcClock {
     /// UTC minus the flight clock, ns, from a fix at UTC `unix_ns` that arrived at `arrival`. Returned only for the
     /// first fix and after a change.
     ///
-    /// The offset is late by the latency of the fix, tenths of a second.
+    /// The offset is too small by the latency of the fix, tenths of a second.
     pub fn observe(&mut self, arrival: Time, unix_ns: i64) -> Option<i64> {
         let offset_ns = unix_ns.saturating_sub(arrival.nanoseconds());
         let moved = |before: i64| offset_ns.saturating_sub(before).saturating_abs() > MOVED_NS;

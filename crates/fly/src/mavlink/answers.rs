@@ -1,8 +1,9 @@
 //! Answers to the requests of ground stations: parameters, missions, commands, messages on request, time.
 //!
-//! Nothing that arrives changes the flight: parameters are read-only, and only the pilot arms and engages.
+//! No request changes the flight: parameters are read-only, and only the pilot arms and engages.
 //!
-//! Source: MAVLink, the services *parameter*, *mission*, *command*, *ping*, *time synchronization* and *standard modes*.
+//! Source: MAVLink, the services *parameter*, *mission*, *command*, *ping*, *time synchronization* and *standard
+//! modes*.
 
 #![expect(deprecated, reason = "older stations still send these messages")]
 
@@ -15,14 +16,14 @@ use hovernav::telemetry::Snapshot;
 use hovernav::time::Time;
 use hovernav_record::Level;
 
-/// Largest number of answers that wait; further requests are ignored until there is room.
+/// Largest number of answers in the queue; further requests are ignored until there is room.
 const MOST_WAITING: usize = 64;
 /// Longest incomplete frame, bytes.
 const LONGEST: usize = 280;
 /// Length of a parameter's name, bytes.
 const NAME: usize = 16;
 
-/// Requests that arrive, and answers that wait.
+/// Bytes received from ground stations, and answers in the queue.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Requests {
     bytes: Vec<u8>,
@@ -30,7 +31,7 @@ pub(super) struct Requests {
 }
 
 impl Mavlink {
-    /// Takes bytes that the ground sent at `now`. [`answer`](Self::answer) sends the answers.
+    /// Receives bytes that the ground sent at `now`. [`answer`](Self::answer) sends the answers.
     pub fn receive(&mut self, bytes: &[u8], now: Time) {
         let mut held = std::mem::take(&mut self.requests.bytes);
         held.extend_from_slice(bytes);
@@ -55,14 +56,14 @@ impl Mavlink {
         self.requests.bytes = held;
     }
 
-    /// Appends up to two of the answers that wait, so that they fit next to the telemetry; call once per snapshot.
+    /// Appends up to two of the queued answers, so that they fit next to the telemetry; call once per snapshot.
     pub fn answer(&mut self, out: &mut Vec<u8>) {
         for _ in 0..2 {
             out.extend(self.requests.answers.pop_front().unwrap_or_default());
         }
     }
 
-    /// Queues what `say` appends.
+    /// Queues the bytes that `say` appends.
     fn reply(&mut self, say: impl FnOnce(&mut Self, &mut Vec<u8>)) {
         if self.requests.answers.len() < MOST_WAITING {
             let mut bytes = Vec::new();
@@ -71,7 +72,7 @@ impl Mavlink {
         }
     }
 
-    /// Handles a message of `sender`, its system and component.
+    /// Handles a message from the system and component in `sender`.
     fn observe(&mut self, message: &MavMessage, payload: &[u8], sender: (u8, u8), now: Time) {
         let own = self.config.system_id;
         let is_ours = message.target_system_id().is_none_or(|target| target == 0 || target == own);
@@ -174,7 +175,8 @@ impl Mavlink {
         self.acknowledge(command, result, sender);
     }
 
-    /// Queues message `id`; `which` is the index of an AVAILABLE_MODES, 0 for all, or the message of a MESSAGE_INTERVAL.
+    /// Queues message `id`. `which` is the index of a mode for AVAILABLE_MODES, 0 for all modes. For MESSAGE_INTERVAL
+    /// it is the id of a message.
     fn on_request(&mut self, id: u32, which: f32, now: Time) -> MavResult {
         let snapshot = self.last.unwrap_or_else(|| Snapshot::at(now));
         match id {
@@ -246,7 +248,7 @@ impl Mavlink {
         self.reply(|own, out| own.encode_text(Level::Warning, text, out));
     }
 
-    /// The read-only parameters: names of up to 16 bytes, and values.
+    /// The read-only parameters: each has a name of up to 16 bytes and a value.
     fn parameters(&self) -> [(&'static str, f64); 11] {
         let rates = &self.config.rates;
         [
@@ -309,7 +311,7 @@ impl Mavlink {
     }
 }
 
-/// One of the modes; `index` counts from 1.
+/// Message AVAILABLE_MODES for one mode; `index` counts from 1.
 fn mode(index: usize) -> common::AVAILABLE_MODES_DATA {
     use common::MavModeProperty as Property;
     let mode = MODES[index - 1];
@@ -343,7 +345,7 @@ fn version() -> common::AUTOPILOT_VERSION_DATA {
     }
 }
 
-/// MAVLink 2 only is sent; both versions are read.
+/// The supported protocol versions: the vehicle sends only MAVLink 2 and reads both versions.
 fn protocol() -> common::PROTOCOL_VERSION_DATA {
     common::PROTOCOL_VERSION_DATA {
         version: 200,

@@ -31,16 +31,16 @@ pub struct Frame<'a> {
 
 /// The result of decoding at a possible start of a frame.
 pub enum Begun<'a> {
-    /// A frame with a right checksum.
+    /// A frame with a valid checksum.
     Frame(Frame<'a>),
     /// A frame of an unknown message, and the CRC_EXTRA byte that would make its checksum valid. One in 256 damaged
     /// frames looks like this.
     Stranger(Frame<'a>, u8),
-    /// No frame, or an unsupported one.
+    /// No frame, or an unsupported frame.
     Nothing,
     /// A frame of a known message with a wrong checksum.
     Damaged,
-    /// Too few bytes.
+    /// Too few bytes to decide.
     Short,
 }
 
@@ -50,8 +50,8 @@ pub const fn is_magic(byte: u8, first_too: bool) -> bool {
     byte == MAGIC_2 || byte == MAGIC_1 && first_too
 }
 
-/// Decodes the frame at the front of `bytes`, which start with a magic byte. `also` is the number and the CRC_EXTRA byte
-/// of a message that the common set lacks.
+/// Decodes the frame at the front of `bytes`, which start with a magic byte. `also` is the number and the CRC_EXTRA
+/// byte of a message that is not in the common set.
 #[must_use]
 pub fn begun(bytes: &[u8], also: Option<(u32, u8)>) -> Begun<'_> {
     let version = match bytes.first() {

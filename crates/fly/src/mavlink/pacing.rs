@@ -45,7 +45,7 @@ impl Schedule {
     }
 }
 
-/// The largest innovations of one to two times [`RECENT_S`].
+/// Largest innovations in two consecutive periods of at least [`RECENT_S`]: the current and the previous period.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Recent {
     since: Option<Time>,

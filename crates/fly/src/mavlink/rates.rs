@@ -15,7 +15,8 @@ const STATES: [u32; 6] = [1, 2, 65, 74, 245, 436];
 const HOME: u32 = 242;
 
 impl Mavlink {
-    /// The schedule of message `id`, and its rate in the configuration, Hz; `None` for a message without its own.
+    /// The schedule of message `id`, and its rate in the configuration, Hz; `None` for a message without its own
+    /// schedule.
     fn schedule(&mut self, id: u32) -> Option<(&mut Schedule, f64)> {
         let rates = self.config.rates;
         Some(match id {
@@ -53,8 +54,9 @@ impl Mavlink {
         common::MESSAGE_INTERVAL_DATA { interval_us, message_id: id as u16 }
     }
 
-    /// Sets the interval of message `id`, µs: −1 is off, 0 the configured one. A rate above the configured one is refused,
-    /// because the line has no room for it. A slower heartbeat is refused too, because stations know the vehicle by it.
+    /// Sets the interval of message `id`, µs: −1 turns the message off, 0 restores the configured interval. A rate
+    /// above the configured one is refused, because the line has no capacity for it. A slower heartbeat is refused too,
+    /// because ground stations detect the vehicle by it.
     pub(super) fn set_interval(&mut self, id: u32, interval_us: f32) -> MavResult {
         let present = self.interval(id).interval_us;
         let Some((schedule, configured_hz)) = self.schedule(id) else {

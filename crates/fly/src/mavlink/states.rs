@@ -95,7 +95,7 @@ impl Mavlink {
         }
     }
 
-    /// The first position of the flight; `None` before.
+    /// The home position: the first position of the flight. `None` before the first position.
     pub(super) fn home(&self) -> Option<common::HOME_POSITION_DATA> {
         let origin = self.origin?;
         Some(common::HOME_POSITION_DATA {
@@ -108,7 +108,7 @@ impl Mavlink {
     }
 }
 
-/// Whether the vehicle is in the air is unknown.
+/// The extended state. It is not known whether the vehicle is in the air.
 pub(super) fn extended_state() -> common::EXTENDED_SYS_STATE_DATA {
     common::EXTENDED_SYS_STATE_DATA {
         vtol_state: common::MavVtolState::MAV_VTOL_STATE_UNDEFINED,

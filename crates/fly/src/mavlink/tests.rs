@@ -242,7 +242,7 @@ fn local_positions_are_relative_to_the_first_valid_position() {
     }
 }
 
-/// Number, place and text of the pieces of a text.
+/// Number, offset and text of the pieces of a text.
 fn pieces(bytes: &[u8]) -> Vec<(u16, u8, Vec<u8>)> {
     let mut pieces = Vec::new();
     let mut rest = bytes;

@@ -86,14 +86,14 @@ impl Terminal {
 
 impl Drop for Terminal {
     fn drop(&mut self) {
-        // Another link may have replaced it.
+        // Another link may have replaced this link.
         if fs::read_link(&self.link).is_ok_and(|target| target == self.target) {
             let _ = fs::remove_file(&self.link);
         }
     }
 }
 
-/// Whether the link of a process that was killed is left: its terminal is gone, or another one got the same name since.
+/// Whether the link is stale, left by a killed process. Its terminal is gone, or a newer terminal has the same name.
 fn is_stale(link: &Path, found: &Metadata) -> bool {
     let Ok(target) = fs::metadata(link) else { return true };
     let is_terminal = fs::read_link(link).is_ok_and(|target| target.starts_with("/dev/pts"));

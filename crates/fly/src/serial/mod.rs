@@ -1,8 +1,8 @@
 //! Serial lines to the sensors: read until a deadline, and reopened after a loss.
 //!
 //! A [`Port`] is one line; it never blocks beyond its deadline, and reports every change as a [`PortEvent`]. A
-//! [`Reader`] reads a port in a thread of its own, for a loop that cannot wait. All times are on one [`Clock`].
-//! This module is independent of protocols:
+//! [`Reader`] reads a port in a thread of its own, for a loop that cannot wait. All times are on one [`Clock`]. This
+//! module is independent of protocols:
 //!
 //! ```no_run
 //! use hovernav::dmu::{Flow, Link, LinkAction, Mode};
@@ -36,13 +36,13 @@
 //!
 //! # The line
 //!
-//! Eight data bits, one stop bit, no flow control, raw mode, exclusive access. A byte with a parity error is read
-//! as 0x00, because `serialport` sets `INPCK` without `IGNPAR` or `PARMRK` and offers no other setting. This
-//! affects TSIP, which has no checksum: the packet keeps its length, but one of its values is wrong. A zero in the
-//! frame of a packet breaks the packet. A zero in a value is detected only by range and quality checks.
+//! Eight data bits, one stop bit, no flow control, raw mode, exclusive access. A byte with a parity error is read as
+//! 0x00, because `serialport` sets `INPCK` without `IGNPAR` or `PARMRK` and offers no other setting. This affects TSIP,
+//! which has no checksum: the packet keeps its length, but one of its values is wrong. A zero in the frame of a packet
+//! makes the packet invalid. A zero in a value is detected only by range and quality checks.
 //!
-//! A USB adapter may delay bytes to fill its packets, by 16 ms with FTDI's default latency timer. That is a setting
-//! of the adapter, not of the port.
+//! A USB adapter may delay bytes to fill its packets, by 16 ms with FTDI's default latency timer. That is a setting of
+//! the adapter, not of the port.
 
 mod clock;
 mod emulation;

@@ -326,7 +326,7 @@ impl fmt::Debug for Port {
     }
 }
 
-/// Whether to try again: no data, or an interrupt by a signal.
+/// Whether the error is temporary, so that the call is repeated: no data, or an interrupt by a signal.
 fn is_passing(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
     matches!(error.kind(), TimedOut | Interrupted | WouldBlock)

@@ -11,7 +11,7 @@ use hovernav::time::Time;
 /// Largest number of bytes per read.
 const PIECE: usize = 256;
 
-/// Least silence after data that is reported, s: receivers do not pause that long within an epoch.
+/// Shortest silence after data that is reported, s: receivers do not pause for this time within an epoch.
 const SILENCE_S: f64 = 0.05;
 
 /// Longest delay until the thread notices a command or the end, s.

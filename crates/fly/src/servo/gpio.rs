@@ -222,7 +222,7 @@ mod tests {
         let ages = ages_ns(&mut edges, &delays_ns, 77_000_000_000);
         let least = |upto: usize| *delays_ns[..=upto].iter().min().unwrap();
         for (frame, age) in ages.iter().enumerate() {
-            // Exact up to the smallest delay so far.
+            // The age is exact except for the smallest delay until this frame.
             assert_eq!(*age, delays_ns[frame] - least(frame));
         }
         assert_eq!(edges.pulses.channels.lateral.errors, 0);

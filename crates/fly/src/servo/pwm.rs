@@ -14,7 +14,7 @@ use hovernav::servo::{LONGEST_MS, PulseOutput, SHORTEST_MS, is_plausible};
 use hovernav::time::Time;
 use hovernav_record::PwmLine;
 
-/// Directory of the kernel's PWM chips.
+/// Directory with the kernel's PWM chips.
 const ROOT: &str = "/sys/class/pwm";
 /// Period of the pulses, ns: 50 Hz, which every servo accepts.
 const PERIOD_NS: u32 = 20_000_000;
@@ -130,7 +130,7 @@ impl PwmOutput {
         })
     }
 
-    /// Applies `change` to every output, then returns the first error.
+    /// Applies `change` to every output; returns the first error after all outputs.
     fn each(
         &mut self,
         mut change: impl FnMut(&mut Output) -> Result<(), PwmError>,

@@ -26,7 +26,7 @@ impl<R: Read> StreamCapture<R> {
         Self { source, capture: PacketCapture::default() }
     }
 
-    /// Statistics of the stream so far.
+    /// Statistics of the stream until now.
     #[must_use]
     pub const fn counts(&self) -> &PacketCounts {
         self.capture.counts()

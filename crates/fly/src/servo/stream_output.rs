@@ -20,7 +20,7 @@ pub struct StreamOutput {
 }
 
 impl StreamOutput {
-    /// Packets on `port`.
+    /// Servo packets to `port`.
     pub fn new(port: Port, clock: &Clock) -> Self {
         Self { port, clock: clock.clone(), sequence: 0, started: false }
     }

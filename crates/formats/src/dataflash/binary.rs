@@ -44,7 +44,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
                 }
                 _ => "found no message; ignored".to_owned(),
             };
-            // Storage that was reserved but not written.
+            // Storage that was reserved but not written follows.
             if bytes.iter().all(is_empty) && ends_empty(&mut window)? {
                 return Ok(damages);
             }
@@ -107,7 +107,7 @@ fn ends_empty(window: &mut Window<'_>) -> io::Result<bool> {
     }
 }
 
-/// Moves to the next two consecutive messages, or to a message that ends the file.
+/// Moves to the next two consecutive messages, or to a message at whose end the file ends.
 fn resynchronise(window: &mut Window<'_>, schemas: &Schemas) -> io::Result<()> {
     loop {
         let bytes = window.peek(LOOKAHEAD)?;

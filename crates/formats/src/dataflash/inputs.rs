@@ -1,12 +1,12 @@
-//! ArduPilot's inputs: sticks of its identification axes, and the mixer of its frames.
+//! ArduPilot's inputs: sticks for the axes of a system identification, and the mixer of its frames.
 
-/// The stick of a system identification's axis, `SID_AXIS`, and the sign of its signal.
+/// Index of the stick for `SID_AXIS`, the axis of a system identification, and the sign of the signal.
 ///
 /// # Source
 /// ArduPilot, `ArduCopter/mode_systemid.cpp`: angles 1 to 6, rates 7 to 9, mixer 10 to 13.
 pub(super) fn stick_of_axis(axis: f64) -> Option<(usize, f64)> {
     const ROLL: (usize, f64) = (0, 1.0);
-    // Nose up is positive in ArduPilot, forward stick here.
+    // ArduPilot counts nose up as positive, hovernav the forward stick.
     const PITCH: (usize, f64) = (1, -1.0);
     const YAW: (usize, f64) = (3, 1.0);
     const THROTTLE: (usize, f64) = (2, 1.0);
@@ -19,7 +19,7 @@ pub(super) fn stick_of_axis(axis: f64) -> Option<(usize, f64)> {
     }
 }
 
-/// Share of the first four motors in roll, pitch, throttle and yaw, for the quadcopter frames X and plus.
+/// Contributions of the first four motors to roll, pitch, throttle and yaw, for the quadcopter frames X and plus.
 ///
 /// # Source
 /// ArduPilot, `libraries/AP_Motors/AP_MotorsMatrix.cpp`: its factors, inverted.
@@ -36,9 +36,9 @@ pub(super) fn mixer(class: Option<f64>, frame: Option<f64>) -> Option<[[f64; 4];
     }
 }
 
-/// Lateral, longitudinal, collective and pedal of the `pulses_us` to four motors.
+/// Lateral, longitudinal, collective and pedal from the `pulses_us` to four motors.
 pub(super) fn of_motors(mixer: &[[f64; 4]; 4], pulses_us: &[f64]) -> [f64; 4] {
-    /// Pulses without and with full thrust, µs.
+    /// Pulses without thrust and with full thrust, µs.
     const RANGE_US: [f64; 2] = [1000.0, 2000.0];
     let [roll, pitch, throttle, yaw] = mixer.map(|shares| {
         let shares = shares.iter().zip(pulses_us);

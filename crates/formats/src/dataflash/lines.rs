@@ -24,7 +24,8 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
     let mut numbers: HashMap<String, String> = HashMap::new();
     let mut multipliers: HashMap<u8, f64> = HashMap::new();
     let mut damages = Damages::default();
-    // Line of the first decimal comma, and whether a blank after each separator distinguishes the two.
+    // Line of the first decimal comma, and whether a blank after each separator distinguishes separators from decimal
+    // commas.
     let mut commas = None;
     let mut line = 0;
     loop {
@@ -106,7 +107,7 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
     }
 }
 
-/// Passes a message that is read to `take`.
+/// Passes a message to `take` if the reader uses messages of its type.
 fn give(schema: &Schema, fields: &[&str], place: u64, take: &mut dyn FnMut(Item<'_>)) {
     if let Some((message, _)) = schema.message {
         let instance = schema.instance_of_text(fields);

@@ -6,9 +6,9 @@ use hovernav_log::Dimensions;
 /// A message of ArduPilot, or of PX4 logs in the same format from before 2017.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) enum Message {
-    /// Rates, mostly instantaneous values.
+    /// Angular rates and specific forces, mostly instantaneous values.
     Imu,
-    /// Increments.
+    /// Increments of angle and velocity.
     Imt,
     Gps,
     GpsAccuracy,
@@ -33,9 +33,11 @@ pub(super) enum Message {
     Time,
 }
 
-/// Factors of units.
+/// Factor for a field in thousandths of hovernav's unit.
 const MILLI: f64 = 1e-3;
+/// Factor for a field in millionths of hovernav's unit.
 const MICRO: f64 = 1e-6;
+/// Factor for a field in hovernav's unit.
 const ONE: f64 = 1.0;
 /// Times: that of [`Message::Time`], and the alternatives of all others.
 static TIMES: [(&str, f64); 3] = [("StartTime", MICRO), ("TimeUS", MICRO), ("TimeMS", MILLI)];
@@ -65,7 +67,7 @@ impl Message {
         Self::Time,
     ];
 
-    /// The names of the message; of numbered instances, the name without number.
+    /// The names of the message. Numbered instances have the name without the number.
     const fn names(self) -> &'static [&'static str] {
         match self {
             Self::Imu => &["IMU"],
@@ -89,7 +91,7 @@ impl Message {
         }
     }
 
-    /// The first of its names.
+    /// The first name of the message.
     pub const fn name(self) -> &'static str {
         self.names()[0]
     }
@@ -118,7 +120,7 @@ impl Message {
 
     /// Whether `row` has a measurement that may be used, by the autopilot's own health flags and by its values.
     pub fn is_good(self, row: &[f64]) -> bool {
-        // NaN in logs without flags.
+        // The flags are NaN in logs without them.
         let is_healthy = |flags: &[f64]| !flags.contains(&0.0);
         match self {
             Self::Imu => is_healthy(&row[14..16]) && is_alive([row[5], row[6], row[7]]),

@@ -33,7 +33,7 @@ use rows::Rows;
 struct Survey {
     counts: BTreeMap<(Message, usize), Tally>,
     parameters: HashMap<String, f64>,
-    /// The text with the autopilot's name and version, else the first text.
+    /// The text with the autopilot's name and version, otherwise the first text.
     text: String,
     start_s: Option<f64>,
 }
@@ -102,7 +102,7 @@ impl Survey {
                 }
             }
             Item::Text(text) => {
-                // Warnings may precede the version.
+                // Texts with warnings may precede the text with the version.
                 let is_better = names_firmware(text) && !names_firmware(&self.text);
                 if self.text.is_empty() || is_better {
                     self.text = text.to_owned();
@@ -116,7 +116,7 @@ impl Survey {
         names.iter().find_map(|name| self.parameters.get(*name).copied())
     }
 
-    /// The sensors to read; an error message where the wanted instance is missing.
+    /// Chooses the sensors to read; an error message if the wanted instance is missing.
     fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
         let mut chosen = |sensor: &str, messages: &[Message], wanted: (&str, Option<usize>)| {
             let counts = Counts::new(messages.iter().flat_map(|&message| {
@@ -161,7 +161,7 @@ impl Survey {
             has_quaternion: self.counts.contains_key(&(Message::Quaternion, 0)),
             start_s: self.start_s.unwrap_or(0.0),
             latency_s: if is_given { latency_s } else { USUAL_LATENCY_S },
-            // The trim of the throttle is its lower end; its fraction is counted from the middle.
+            // The throttle trim is the lower end of the travel, but hovernav counts the stick position from the middle.
             trims_us: [trim(1), trim(2), 1500.0, trim(4)],
             mixer: inputs::mixer(self.parameter(&["FRAME_CLASS"]), self.parameter(&["FRAME_TYPE"])),
             ..Rows::default()

@@ -1,4 +1,4 @@
-//! Converts messages to samples, fixes and moments.
+//! Converts messages to samples, fixes and moments of the onboard estimator.
 
 use super::inputs;
 use super::item::Item;
@@ -30,15 +30,15 @@ pub(super) struct Rows {
     pub has_quaternion: bool,
     /// The clock at the start of the log, s.
     pub start_s: f64,
-    /// Latency from a fix to its message, s.
+    /// Time from the validity of a fix to its message, s.
     pub latency_s: f64,
     /// Pulse at the trim of each of the first four channels, µs.
     pub trims_us: [f64; 4],
-    /// Share of each motor in roll, pitch, throttle and yaw; `None` for a frame that is not mapped.
+    /// Contributions of each motor to roll, pitch, throttle and yaw; `None` for a frame that is not mapped.
     pub mixer: Option<[[f64; 4]; 4]>,
     /// Stick of the current system identification, and the sign of its signal.
     pub identified: Option<(usize, f64)>,
-    /// Share of the time that the intervals of the increments cover.
+    /// Fraction of the time that the intervals of the increments cover.
     pub integrals: Integrals,
     /// UTC of the start of the log, from the fixes with GPS week and time.
     pub utc_at_zero: UtcAtZero,
@@ -46,7 +46,7 @@ pub(super) struct Rows {
     pub fixes: usize,
     /// Time of messages without a time field, s.
     pub current_s: f64,
-    /// The previous fix, until its accuracies arrive: place, clock, s, and fix.
+    /// The previous fix, until its accuracies arrive: byte offset or line, clock, s, and fix.
     pub pending: Option<(u64, f64, StatedFix)>,
     /// The two-antenna heading of the pending fix.
     pub pending_heading: Option<AntennaHeading>,
@@ -92,7 +92,7 @@ impl Rows {
                 // Forward stick is the short pulse.
                 to.controls("RCIN", place, time, [stick(0), -stick(1), stick(2), stick(3)]);
             }
-            // Nose up is positive in ArduPilot, forward stick here.
+            // ArduPilot counts nose up as positive, hovernav the forward stick.
             Message::Rate => {
                 to.controls("RATE", place, time, [row[2], -row[3], row[4], row[5]]);
             }
@@ -184,7 +184,7 @@ impl Rows {
             ..stated
         };
         self.pending = Some((place, clock_s, fix));
-        // Zero is an unknown yaw; north is 360.
+        // Yaw 0 means unknown; north is 360.
         self.pending_heading =
             (yaw > 0.0 && yaw <= 360.0).then(|| AntennaHeading::new(time, yaw.to_radians(), None));
     }
@@ -241,8 +241,9 @@ fn innovations(row: &[f64], time: Time, to: &mut Assembly) {
 const UNHEALTHY_BARO: &str = "skipped: the log marks the barometer as unhealthy (Health, H)";
 const UNHEALTHY_FIELD: &str = "skipped: the log marks the magnetometer as unhealthy (Health)";
 
-/// ArduPilot's orientation of a downward sensor, and its state of a valid reading.
+/// ArduPilot's orientation of a downward sensor.
 const DOWNWARD: f64 = 25.0;
+/// ArduPilot's state of a valid reading.
 const GOOD: f64 = 4.0;
 
 fn distance(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
@@ -270,7 +271,7 @@ fn imu(row: &[f64], time: Time, place: u64, to: &mut Assembly) {
         specific_force_mps2: Vector::new(x, y, z),
     };
     let field = [mx, my, mz];
-    // NaN in logs without a magnetic field.
+    // The components are NaN in logs without a magnetic field.
     let is_field = field.iter().all(|component| !component.is_nan());
     let magnetic_field_gauss = is_field.then(|| field.into());
     to.imu(place, ImuSample { magnetic_field_gauss, ..ImuSample::new(time, motion) });

@@ -15,11 +15,11 @@ pub(super) struct Schema {
     pub name: String,
     /// Length of a message with its header, bytes.
     pub length: usize,
-    /// The message and the instance in its name, if it is read.
+    /// The message and the instance in its name, if messages of this type are read.
     pub message: Option<(Message, usize)>,
     /// Name and format character of each field.
     labels: Vec<(String, u8)>,
-    /// Multipliers of the fields, where the log has them.
+    /// Multipliers of the fields, if the log has them.
     multipliers: Vec<Option<f64>>,
     /// Field of each column of the message.
     columns: Vec<Option<Column>>,

@@ -5,7 +5,7 @@ use super::quantity::Quantity;
 use crate::text::{AngleUnit, AttitudeColumns, AttitudeRole};
 
 impl Reader<'_> {
-    /// Whether columns have the same values on every row, as drivers write that measure nothing.
+    /// Whether each of the columns has one value on every row, as drivers write that measure nothing.
     fn are_constant(&self, columns: &[usize]) -> bool {
         let is_constant = |&column: &usize| {
             let mut values = self.look.known(column);
@@ -14,7 +14,7 @@ impl Reader<'_> {
         columns.iter().all(is_constant)
     }
 
-    /// The columns of the attitude: angles, else a quaternion that changes.
+    /// The columns of the attitude: angles, otherwise a quaternion that changes.
     pub(super) fn attitude(&mut self, checks: &mut Vec<String>) -> Option<AttitudeColumns> {
         let role = |column: usize| match self.known.is_estimated(column) {
             true => AttitudeRole::Onboard,
@@ -44,10 +44,11 @@ impl Reader<'_> {
         Some(AttitudeColumns { quaternion, signs: [1.0; 3], role, ..Default::default() })
     }
 
-    /// The columns of a quaternion, scalar first. Numbered columns may have the scalar last; they do if gravity is
-    /// clearly closer to the vertical that way.
+    /// The columns of a quaternion, scalar first. Numbered columns may have the scalar last. They do if the specific
+    /// force is then clearly closer to the vertical.
     fn scalar_first(&self, columns: [usize; 4]) -> [usize; 4] {
-        /// Largest horizontal share of the specific force, relative to that with the scalar first.
+        /// Largest ratio of two horizontal fractions of the specific force, scalar last to scalar first, at which the
+        /// scalar is last.
         const CLEARLY: f64 = 0.5;
         let [first, second, third, fourth] = columns;
         let last = [fourth, first, second, third];
@@ -61,7 +62,7 @@ impl Reader<'_> {
         if is_last { last } else { columns }
     }
 
-    /// The share of the squares of the specific force that is horizontal, if the columns `quaternion` are the attitude.
+    /// Horizontal fraction of the squared specific force if the columns `quaternion` are the attitude.
     fn horizontal_share(&self, quaternion: [usize; 4], accel: [usize; 3]) -> f64 {
         let (mut horizontal, mut all) = (0.0, 0.0);
         for row in 0..self.look.columns[accel[0]].len() {

@@ -2,7 +2,7 @@
 
 use super::quantity::Quantity;
 
-/// The quantity of a name with an axis: x, y or z at its end or its beginning.
+/// The quantity in a name that has an axis, x, y or z, at its end or its beginning.
 pub(super) fn axis(name: &str) -> Option<Quantity> {
     /// Splits a name into the letter at one end and the rest.
     type End = fn(&str) -> Option<(char, &str)>;
@@ -10,7 +10,7 @@ pub(super) fn axis(name: &str) -> Option<Quantity> {
         |name| name.chars().next_back().map(|last| (last, &name[..name.len() - last.len_utf8()])),
         |name| name.chars().next().map(|first| (first, &name[first.len_utf8()..])),
     ];
-    // Accuracies are of a heading, a height or a speed; they have no axis.
+    // Accuracies belong to a heading, a height or a speed; they have no axis.
     if name.contains("accuracy") {
         return None;
     }
@@ -55,7 +55,8 @@ pub(super) fn axis(name: &str) -> Option<Quantity> {
     })
 }
 
-/// The part of a quaternion, scalar first: `q0`, `qw`, `quat_x`, `Quat_q3`, `orientation.w`.
+/// Index of the component of a quaternion, scalar first, that a name denotes: `q0`, `qw`, `quat_x`, `Quat_q3`,
+/// `orientation.w`.
 pub(super) fn quaternion(name: &str) -> Option<usize> {
     const NAMES: [&str; 3] = ["quaternion", "quat", "orientation"];
     let named = NAMES.iter().find_map(|begin| name.strip_prefix(begin));

@@ -5,8 +5,8 @@ use super::quantity::Quantity;
 use crate::text::{BaroColumn, BaroUnit};
 
 impl Reader<'_> {
-    /// The column of a barometer: a height with a barometer's name, else the only height in a file with a
-    /// barometer's name, else a pressure. `with_place` where the file has a receiver's position; then an
+    /// The column of a barometer. It is a height with a barometer's name, otherwise the only height in a file with a
+    /// barometer's name, otherwise a pressure. `with_place` means that the file has a receiver's position. Then an
     /// unqualified height belongs to the receiver.
     pub(super) fn baro(
         &mut self,

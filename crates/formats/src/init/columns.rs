@@ -27,9 +27,9 @@ pub(crate) struct Understood {
     pub stated: StatedUnits,
     /// Names of the unused columns.
     pub unused: Vec<String>,
-    /// Guesses that the user should check, one sentence each.
+    /// Assumptions that the user should check, one sentence each.
     pub checks: Vec<String>,
-    /// Whether the accelerometer does not measure gravity, as the linear acceleration of a phone.
+    /// Whether the accelerometer does not measure gravity, as with the linear acceleration of a phone.
     pub is_without_gravity: bool,
 }
 
@@ -113,7 +113,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
     let is_linear = known.all([0, 1, 2].map(Quantity::Accel)).is_some_and(|accel| {
-        /// Least ratio of the mean vector to the root mean square, with gravity.
+        /// Smallest length of the mean vector, relative to the root mean square of the norm, of an accelerometer that
+        /// measures gravity.
         const STEADY: f64 = 0.5;
         look.steadiness(accel) < STEADY
     });
@@ -172,7 +173,7 @@ impl Reader<'_> {
                 Some("rad/s") => RateUnit::RadiansPerSecond,
                 Some("deg/s") => RateUnit::DegreesPerSecond,
                 Some("mrad/s") => RateUnit::MilliradiansPerSecond,
-                // 7 rad/s are 400 °/s, a violent turn; 7 °/s a calm one.
+                // A rate of 7 rad/s is 400 °/s, a violent turn; 7 °/s is a calm one.
                 _ if high > 7.0 => RateUnit::DegreesPerSecond,
                 _ => {
                     checks.push(format!(
@@ -218,7 +219,7 @@ impl Reader<'_> {
         Some(self.triad(columns, ForceUnit::MetresPerSecond, false))
     }
 
-    /// Gravity alone, as phones compute it; m/s² unless its size is that of g.
+    /// The columns of gravity alone, as phones compute it, in m/s² unless the values have the size of g.
     fn gravity(&mut self) -> Option<Triad<ForceUnit>> {
         let columns = self.known.all([0, 1, 2].map(Quantity::Gravity))?;
         let unit = match self.look.median_norm(columns) {

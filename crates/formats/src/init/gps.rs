@@ -8,7 +8,7 @@ use crate::text::{CourseUnit, GpsColumns, LengthUnit, PlaceUnit, SpeedUnit};
 /// A full turn, rad, plus a margin for rounding.
 const TURN_RAD_MOST: f64 = std::f64::consts::TAU + 1e-3;
 
-/// How a receiver writes numbers without units: `Scaled` is degrees × 10⁷ and whole numbers.
+/// Form in which a receiver writes numbers without units. `Scaled` means degrees × 10⁷ and whole numbers.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Written {
     Plain,
@@ -16,8 +16,8 @@ enum Written {
 }
 
 impl Reader<'_> {
-    /// The columns of a receiver, if the file has latitude, longitude and height, and which of its units are
-    /// stated. `with_others` where the file also has IMU columns.
+    /// The columns of a receiver, if the file has latitude, longitude and height, and which of the units are stated.
+    /// `with_others` means that the file also has IMU columns.
     pub(super) fn gps(
         &mut self,
         with_others: bool,
@@ -69,9 +69,9 @@ impl Reader<'_> {
     }
 
     fn height_unit(&self, height: usize, written: Written, checks: &mut Vec<String>) -> LengthUnit {
-        /// Least value of a height in mm: one metre above the ellipsoid.
+        /// Smallest value of a height in mm: one metre above the ellipsoid.
         const LEAST_MM: f64 = 1e3;
-        /// Largest height of a vehicle with a receiver, m: larger values are in mm.
+        /// Largest height of a vehicle with a receiver, m; larger values are in mm.
         const MOST_M: f64 = 2e4;
         let largest = self.look.largest(height);
         match self.known.unit(height) {
@@ -92,7 +92,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Fills in the velocity: north and east, else speed and course; and down or up.
+    /// Fills in the velocity: north and east, otherwise speed and course; and down or up.
     fn velocity(
         &mut self,
         gps: &mut GpsColumns,
@@ -196,7 +196,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Fills in the one-sigmas; `is_in_mm` where the receiver writes whole millimetres.
+    /// Fills in the one-sigmas. `is_in_mm` means that the receiver writes whole millimetres.
     fn sigmas(&mut self, gps: &mut GpsColumns, is_in_mm: bool, checks: &mut Vec<String>) {
         let position = [Quantity::SigmaHorizontal, Quantity::SigmaVertical];
         let is_whole = |reader: &Self, column: usize| is_in_mm && reader.look.is_whole(column);
@@ -246,8 +246,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The unit of a one-sigma of position, metres unless stated; `None` where the stated unit is not a
-    /// length.
+    /// The unit of a one-sigma of position, metres unless stated; `None` if the stated unit is not a length.
     fn sigma_unit(&self, column: usize, is_in_mm: bool) -> Option<LengthUnit> {
         Some(match self.known.unit(column) {
             Some("mm") => LengthUnit::Millimetres,

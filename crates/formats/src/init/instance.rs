@@ -4,13 +4,13 @@ use super::known::Known;
 use super::look::Look;
 use super::quantity::Quantity;
 
-/// Largest number of a sensor.
+/// Largest number that a sensor may have.
 const LARGEST: u32 = 9;
 
-/// The column with the number of the sensor, `I` or `instance`, and the first number with about as many readings as any.
-/// `None` for a file with one sensor.
+/// The column with the number of the sensor, `I` or `instance`, and the first sensor number that has about as many
+/// readings as any other. `None` for a file with one sensor.
 pub(super) fn found(look: &Look, known: &Known) -> Option<(usize, u32)> {
-    /// Least readings of a sensor, relative to those of the fullest.
+    /// Smallest number of readings of a sensor, relative to the sensor with the most readings.
     const MANY: f64 = 0.5;
     let is_instance = |column: &usize| {
         let name = look.layout.names[*column].rsplit(['.', '/', ' ']).next().unwrap_or_default();

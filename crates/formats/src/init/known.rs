@@ -1,4 +1,4 @@
-//! Quantities of the columns of a file, as far as their names tell.
+//! Quantities of the columns of a file, as far as the names state them.
 
 use super::look::Look;
 use super::names::Meaning;
@@ -32,7 +32,8 @@ impl Known {
         self.meanings[column].and_then(|meaning| meaning.unit)
     }
 
-    /// Forgets columns of raw readings, and of zeros only, whose quantity another column has.
+    /// Removes the meaning of columns with raw readings, and of columns with zeros only, if another column has the same
+    /// quantity.
     pub fn prefer_measured(&mut self, look: &Look, names: &[String]) {
         let is_poor = |column: usize| {
             let name = names.get(column).map_or(String::new(), |name| name.to_lowercase());

@@ -157,8 +157,8 @@ impl Look {
         median(steps.collect())
     }
 
-    /// Whether a column increases like a time: on half of the rows or more, with decreases on fewer than 5 %, apart
-    /// from one where a counter may start again.
+    /// Whether a column increases like a time: on half of the rows or more, with decreases on fewer than 5 %. One more
+    /// decrease is allowed, because a counter may start again.
     pub fn rises(&self, column: usize) -> bool {
         let values: Vec<f64> = self.known(column).collect();
         let falls = values.windows(2).filter(|pair| pair[1] < pair[0]).count();
@@ -171,7 +171,7 @@ impl Look {
     pub fn climbs(&self, column: usize) -> bool {
         /// Largest displacement of a row out of order, rows.
         const APART: usize = 8;
-        /// Least number of rows with a value above all values before.
+        /// Smallest number of rows with a value above all values before.
         const LEAST_TIMES: usize = 10;
         let values: Vec<f64> = self.known(column).collect();
         let falls = values.windows(APART + 1).filter(|window| window[APART] < window[0]).count();
@@ -180,7 +180,8 @@ impl Look {
         rises.count() >= LEAST_TIMES && 20 * falls < values.len()
     }
 
-    /// The step from row to row: the median for a column that rises, the mean for one that only climbs.
+    /// The step from row to row: the median for a column that [rises](Self::rises), the mean for one that only
+    /// [climbs](Self::climbs).
     pub fn step(&self, column: usize) -> f64 {
         if self.rises(column) {
             return self.median_step(column);
@@ -239,9 +240,9 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
     Err(LogError::Unusable { path: path.to_path_buf(), reason })
 }
 
-/// Replaces a column's values for unknown ones by NaN: these repeat, and are far from all others.
+/// Replaces markers for unknown values in a column by NaN. Such markers repeat, and are far from all other values.
 fn forget_unknown(column: &mut [f64]) {
-    /// Least ratio of a value that means unknown to the largest other value.
+    /// Smallest ratio of a marker for unknown to the largest other value of the column.
     const FAR: f64 = 2.0;
     let is_other = |value: &&f64| value.is_finite() && !is_unknown(**value);
     let largest = column.iter().filter(is_other).fold(0.0_f64, |most, value| most.max(value.abs()));

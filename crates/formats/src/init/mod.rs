@@ -40,17 +40,17 @@ pub struct Proposal {
     tables: Vec<String>,
     /// Conclusions from the data, one sentence each.
     findings: Vec<String>,
-    /// Guesses that the user should check, one sentence each.
+    /// Assumptions that the user should check, one sentence each.
     checks: Vec<String>,
 }
 
 impl Proposal {
-    /// Proposes columns, units, axes and signs for `files`. The evidence is column names, magnitudes,
-    /// gravity, and rotation shared by gyro, attitude and magnetic field. Where several axis choices remain,
-    /// the filter runs with each, and the one with the smallest innovations is chosen.
+    /// Proposes columns, units, axes and signs for `files`. The evidence is column names, magnitudes, gravity, and
+    /// rotation shared by gyro, attitude and magnetic field. If several axis choices remain, the filter runs with each,
+    /// and the one with the smallest innovations is chosen.
     ///
     /// # Errors
-    /// [`LogError`] where a file cannot be read, or no sensor is recognised in it.
+    /// [`LogError`] if a file cannot be read, or no sensor is recognised in it.
     pub fn of(files: &[PathBuf]) -> Result<Self, LogError> {
         let files = expanded(files)?;
         let (mut understood, mut checks) = (Vec::new(), Vec::new());
@@ -130,7 +130,7 @@ impl Proposal {
     /// is missing. An existing `dataset.toml` is kept.
     ///
     /// # Errors
-    /// [`LogError::Io`]; [`LogError::Unusable`] where a mapping exists and `force` is not set.
+    /// [`LogError::Io`]; [`LogError::Unusable`] if a mapping exists and `force` is not set.
     pub fn write(&self, directory: &Path, force: bool) -> Result<(), LogError> {
         write::write(&self.mapping, &self.checks, directory, force)
     }
@@ -175,8 +175,8 @@ fn read(mapping: &Mapping) -> Result<Dataset, LogError> {
     Ok(crate::text::dataset(here, mapping, Manifest::default(), Vec::new())?.0)
 }
 
-/// The mapping without its date and week columns, and its dataset, if only then the files overlap in time.
-/// Example: one file has times of day, the other has dates as well.
+/// The mapping without its date and week columns, and its dataset, if the files overlap in time only then. Example: one
+/// file has times of day, the other has dates as well.
 fn without_dates(
     mapping: &Mapping,
     findings: &mut Vec<String>,
@@ -227,7 +227,8 @@ fn keep_the_first(understood: &mut [Understood], checks: &mut Vec<String>) {
     }
 }
 
-/// Keeps gravity alone only if the accelerometer is in another file and does not measure it. Then both have one unit.
+/// Keeps columns of gravity only if the accelerometer is in another file and does not measure gravity. Then both have
+/// one unit.
 fn add_gravity(understood: &mut [Understood]) {
     let linear = understood.iter().position(|one| one.mapping.accel.is_some());
     let linear = linear.filter(|at| understood[*at].is_without_gravity);
@@ -245,7 +246,7 @@ fn add_gravity(understood: &mut [Understood]) {
     }
 }
 
-/// Changes the gyro's unit if only then its angles agree with those of the attitude. Returns whether the
+/// Changes the gyro's unit if the gyro's angles agree with those of the attitude only then. Returns whether the
 /// attitude determines the unit.
 fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec<String>) -> bool {
     let steps = together::steps(&dataset.imu, crate::text::Axes::FORWARD_RIGHT_DOWN);
@@ -273,8 +274,8 @@ fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec
     true
 }
 
-/// Determines the units of the receiver's speed and course from its positions, where `stated` says that neither
-/// name nor format states them.
+/// Determines the units of the receiver's speed and course from its positions, if `stated` says that neither name nor
+/// format states them.
 fn settle_speed_unit(
     mapping: &mut Mapping,
     dataset: &Dataset,

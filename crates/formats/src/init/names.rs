@@ -7,7 +7,7 @@ use super::unit_names::{trailing_unit, unit};
 use super::words::{bracketed, words};
 use crate::text::HeightAbove;
 
-/// Words for errors and their statistics, which are no readings.
+/// Words for errors and their statistics. Columns with such words are no readings.
 const OF_ERRORS: [&str; 13] = [
     "std",
     "stdev",
@@ -34,19 +34,20 @@ pub(crate) struct Meaning {
     pub estimated: bool,
 }
 
-/// The meaning of the column `name`; `below` is the text under it, which is often the unit. `None` where the
-/// name is not recognised.
+/// The meaning of the column `name`. `below` is the text under the name, which is often the unit. `None` if the name is
+/// not recognised.
 pub(crate) fn meaning(name: &str, below: &str) -> Option<Meaning> {
     let (plain, bracket) = bracketed(name);
     let parts: Vec<&str> = plain.split(['/', '.', ':']).filter(|part| !part.is_empty()).collect();
-    // The last parts of a path are a name of their own: `/gps/fix/latitude`, `GNSS1::PosLla::latitude`.
+    // The last words of a path can be a name: `/gps/fix/latitude`, `GNSS1::PosLla::latitude`.
     (0..parts.len().max(1)).find_map(|from| {
         let part = parts.get(from..).map_or(plain.to_owned(), |parts| parts.join(" "));
         of_words(words(&part), &bracket, below, from > 0)
     })
 }
 
-/// The meaning of the words of a name, of which `is_part` may be the last part only; a single letter is no such part.
+/// The meaning of the words of a name. If `is_part`, the words may be only the last part of a name; a single letter is
+/// no such part.
 fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -> Option<Meaning> {
     let below = below.trim_matches(['[', ']', '(', ')', '#', ' ']);
     let bracket_unit = unit(bracket)
@@ -82,7 +83,7 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
         "fused",
     ];
     let is_kept = |(index, word): &(usize, &str)| {
-        // Sensors of several may be numbered, `gps1_lat` and `gps_1_lat`; a last number is of an axis.
+        // One of several sensors may be numbered: `gps1_lat` and `gps_1_lat`. A number at the end denotes an axis.
         let plain = word.trim_end_matches(|letter: char| letter.is_ascii_digit());
         !NOISE.contains(&plain) && (!plain.is_empty() || index + 1 == words.len())
     };

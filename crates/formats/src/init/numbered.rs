@@ -1,10 +1,10 @@
-//! Names of axes as loggers write them: numbers, or one file a sensor.
+//! Names of axes as loggers write them: numbers, or one file per sensor.
 
 use std::collections::BTreeMap;
 
 /// Sensors of phone loggers, whose columns are called x, y and z: parts of the file's name, and the sensor.
 const OF_FILES: [(&str, Option<&str>); 7] = [
-    // Without gravity: no specific force.
+    // A linear acceleration lacks gravity, so it is no specific force.
     ("linear", None),
     ("gravity", Some("gravity")),
     ("gyro", Some("gyro")),
@@ -14,8 +14,8 @@ const OF_FILES: [(&str, Option<&str>); 7] = [
     ("compass", Some("mag")),
 ];
 
-/// The `names` of a file called `file`, with letters for numbers: `gyroADC[0]` and `gyro_1` are axis x, `x` in
-/// `Gyroscope.csv` is `gyro x`.
+/// The `names` of a file called `file`, with letters instead of numbers. `gyroADC[0]` and `gyro_1` become axis x, `x`
+/// in `Gyroscope.csv` becomes `gyro x`.
 pub(super) fn lettered(names: &[String], file: &str) -> Vec<String> {
     let mut by_stem: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     let split: Vec<Option<(String, usize)>> = names.iter().map(|name| indexed(name)).collect();
@@ -49,7 +49,7 @@ pub(super) fn lettered(names: &[String], file: &str) -> Vec<String> {
     lettered.collect()
 }
 
-/// The sensor that a file is named after, if it is one of a phone.
+/// The sensor of a phone that the name of the file denotes, if any.
 fn sensor_of(file: &str) -> Option<&'static str> {
     let name: String = file.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
     OF_FILES.iter().find(|(part, _)| name.contains(part)).and_then(|(_, sensor)| *sensor)
@@ -65,7 +65,7 @@ fn indexed(name: &str) -> Option<(String, usize)> {
     (!stem.is_empty()).then(|| (stem.to_owned(), index))
 }
 
-/// A name without numbers in brackets, of which each sensor has one: `IMU_ATTI(0):accel:X`, `GPS[0].Lat`.
+/// A name without numbers in brackets that every column of a sensor has: `IMU_ATTI(0):accel:X`, `GPS[0].Lat`.
 fn without_numbers(name: &str) -> String {
     let Some((before, rest)) = name.split_once(['(', '[']) else { return name.to_owned() };
     match rest.split_once([')', ']']) {

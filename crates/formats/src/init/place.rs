@@ -7,8 +7,8 @@ use crate::text::PlaceUnit;
 /// The largest possible latitude and longitude, rad, plus a margin for rounding.
 const RADIANS_MOST: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::consts::PI + 1e-3];
 
-/// Least coordinate in degrees × 10⁷. Smaller ones would lie in the Gulf of Guinea, within about a kilometre of 0° N 0°
-/// E.
+/// Smallest coordinate in degrees × 10⁷. Smaller numbers would lie in the Gulf of Guinea, within about a kilometre of
+/// 0° N 0° E.
 const LEAST_SCALED: f64 = 1e5;
 
 /// The columns of latitude and longitude.
@@ -21,8 +21,8 @@ pub(super) struct Place {
 }
 
 impl Reader<'_> {
-    /// The columns of the position and their unit. `None` where they are missing, or where their values fit
-    /// no known unit; the latter adds a sentence to `checks`.
+    /// The columns of the position and their unit. `None` if they are missing, or if their values fit no known unit. In
+    /// the second case, `checks` receives a sentence.
     pub(super) fn place(&self, checks: &mut Vec<String>) -> Option<Place> {
         let [mut lat, mut lon] = self.known.all([Quantity::Latitude, Quantity::Longitude])?;
         let letters = [self.letters(lat, *b"NS"), self.letters(lon, *b"EW")];
@@ -85,8 +85,8 @@ impl Reader<'_> {
         Some(Place { columns: [lat, lon], unit, letters })
     }
 
-    /// The column of the `letters` that give the sign of `column`, if its values are unsigned. It is the column
-    /// after or before `column`, else the only such column of the file.
+    /// The column of the `letters` that give the sign of `column`, if its values are unsigned. It is the column after
+    /// or before `column`, otherwise the only such column of the file.
     fn letters(&self, column: usize, letters: [u8; 2]) -> Option<usize> {
         if self.look.known(column).any(|value| value < 0.0) {
             return None;

@@ -7,7 +7,7 @@ use crate::text::{AttitudeRole, GpsColumns, HeightAbove, TableMapping};
 use hovernav::time::Time;
 use hovernav_log::{Dataset, SampleRates};
 
-/// Largest number of unused columns that are listed.
+/// Largest number of unused columns whose names are listed.
 const UNUSED_SHOWN: usize = 12;
 
 /// The paragraph about one file.

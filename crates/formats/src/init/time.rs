@@ -11,7 +11,7 @@ const FILE_TIMES: std::ops::Range<f64> = 1.19e17..1.61e17;
 const TICKS: std::ops::Range<f64> = 6.24e17..6.66e17;
 
 impl Reader<'_> {
-    /// The time column; `None` where no column increases like a time.
+    /// The time column; `None` if no column increases like a time.
     pub(super) fn time(
         &mut self,
         has_motion: bool,
@@ -71,8 +71,8 @@ impl Reader<'_> {
         })
     }
 
-    /// The column of the time, by name: one that rises on every row, else one that repeats values, else one of
-    /// dates. Without such a name: the first column, if its name is not recognised and it rises.
+    /// The column of the time, by name: one that rises on every row, otherwise one that repeats values, otherwise one
+    /// of dates. Without such a name it is the first column, if its name is not recognised and it rises.
     fn time_column(&self) -> Option<usize> {
         let of = |quantity: Quantity| {
             let columns = || (0..self.look.columns.len()).filter(move |&c| self.is(c, quantity));
@@ -113,7 +113,7 @@ impl Reader<'_> {
         let (mut minutes, mut smooth) = (0usize, 0usize);
         for (before, after) in passed {
             minutes += 1;
-            // Rows 10 s apart differ by 50 as numbers across a minute: a ratio of 5.
+            // Rows 10 s apart differ by 50 as numbers if a minute begins between them: a ratio of 5.
             smooth += usize::from(4.0 * (seconds(after) - seconds(before)) <= after - before);
         }
         if minutes > 0 {

@@ -64,8 +64,8 @@ fn turned(window: &[ImuSample], axes: Axes) -> [f64; 3] {
     sum
 }
 
-/// The signs with which roll, pitch and yaw agree with the gyro. `None` without an attitude; 1 where the rotation
-/// is too small to decide.
+/// The signs with which roll, pitch and yaw agree with the gyro. `None` without an attitude; 1 if the rotation is too
+/// small to decide.
 pub(crate) fn attitude_signs(steps: &[Step]) -> Option<[f64; 3]> {
     steps.iter().any(|step| step.attitude_rad.is_some()).then(|| {
         std::array::from_fn(|axis| {
@@ -77,8 +77,8 @@ pub(crate) fn attitude_signs(steps: &[Step]) -> Option<[f64; 3]> {
     })
 }
 
-/// Ratio of the attitude's rotation to the gyro's: 1 where the units agree, 57 where rad/s were read as °/s. `None`
-/// where the rotation is too small to decide.
+/// Ratio of the attitude's rotation to the gyro's: 1 if the units agree, 57 if rad/s were read as °/s. `None` if the
+/// rotation is too small to decide.
 pub(crate) fn attitude_ratio(steps: &[Step]) -> Option<f64> {
     let mut best: Option<(f64, f64)> = None;
     for axis in 0..3 {

@@ -6,17 +6,17 @@ use super::look::median;
 use crate::text::{CourseUnit, GpsColumns, SpeedUnit};
 use hovernav::gps::Fix;
 
-/// Largest ratio, either way, at which a unit fits. Units differ by at least 15 % (knots and miles per hour), and
-/// positions scatter.
+/// Largest ratio of the two distances, or of its inverse, at which a unit fits. Units differ by at least 15 % (knots
+/// and miles per hour), and positions scatter.
 const UNIT_TOLERANCE: f64 = 1.07;
-/// Ratio of speed to displacement, either way, beyond which a warning is given.
+/// Ratio of speed to displacement, or its inverse, above which a warning is given.
 const SPEED_TOLERANCE: f64 = 1.1;
-/// [`SPEED_TOLERANCE`] where the directions disagree because the positions scatter.
+/// [`SPEED_TOLERANCE`] for directions that disagree because the positions scatter.
 const SPEED_TOLERANCE_SCATTERED: f64 = 1.5;
 /// Cosine of the angle between velocity and displacement below which they are inconsistent.
 const LEAST_COSINE: f64 = 0.7;
-/// Cosine from which on velocity and displacement determine a unit. It is lower where the positions scatter by half
-/// the vehicle's movement.
+/// Cosine above which velocity and displacement determine a unit. It is lower if the positions scatter by half the
+/// vehicle's movement.
 pub(super) const DECISIVE_COSINE: f64 = 0.9;
 /// Number of legs needed for a conclusion.
 const LEAST_LEGS: usize = 5;
@@ -52,7 +52,7 @@ pub(super) struct Travel {
     pub cosine: f64,
 }
 
-/// Agreement of velocity and positions in `fixes`; `None` where the vehicle moves too little, or too unsteadily, to
+/// Agreement of velocity and positions in `fixes`; `None` if the vehicle moves too little, or too unsteadily, to
 /// decide.
 pub(super) fn travel(fixes: &[Fix]) -> Option<Travel> {
     let legs = legs(fixes);
@@ -67,8 +67,8 @@ pub(super) fn travel(fixes: &[Fix]) -> Option<Travel> {
     Some(Travel { ratio, cosine })
 }
 
-/// The median of `ratios`, if there are at least [`LEAST_LEGS`] and two thirds of them, divided by it, are in
-/// `near`.
+/// The median of `ratios`. `None` with fewer than [`LEAST_LEGS`] ratios, or if fewer than two thirds of them, divided
+/// by the median, are in `near`.
 fn steady(ratios: Vec<f64>, near: Range<f64>) -> Option<f64> {
     let middle = median(ratios.clone());
     let close = ratios.iter().filter(|ratio| near.contains(&(**ratio / middle))).count();
@@ -101,7 +101,7 @@ fn norm([north, east]: [f64; 2]) -> f64 {
 fn legs(fixes: &[Fix]) -> Vec<Leg> {
     /// Longest interval between consecutive fixes, s.
     const LONGEST_STEP_S: f64 = 5.0;
-    /// Longest leg, s: with the slowest receivers it has two fixes.
+    /// Longest leg, s; with the slowest receivers it contains two fixes.
     const LONGEST_S: f64 = 10.0;
     /// Distance after which a leg ends, and smallest distance at which it counts, m.
     const LENGTH_M: [f64; 2] = [20.0, 5.0];
@@ -239,8 +239,8 @@ pub(super) fn judge_climb(
     }
 }
 
-/// The change of height divided by the integrated vertical velocity; `None` where the vehicle climbs too little, or
-/// too unsteadily, to decide.
+/// The change of height divided by the integrated vertical velocity; `None` if the vehicle climbs too little, or too
+/// unsteadily, to decide.
 fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
     /// Shortest leg, and longest interval between consecutive fixes, s.
     const LEG_S: [f64; 2] = [5.0, 2.5];

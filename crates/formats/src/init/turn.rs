@@ -1,4 +1,4 @@
-//! Directions of the sensor axes: from gravity, from rotation shared by the sensors, and from trials of the
+//! Directions of the sensor axes: from gravity, from rotation that several sensors measure, and from trial runs of the
 //! filter.
 
 use super::look::median;
@@ -9,9 +9,9 @@ use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
-/// Samples that a trial of the filter uses.
+/// Largest number of samples that a trial of the filter uses.
 const TRIAL_SAMPLES: usize = 60_000;
-/// Fixes that a trial needs to distinguish the candidates.
+/// Smallest number of fixes with which a trial distinguishes the candidates.
 const TRIAL_FIXES: usize = 15;
 
 /// Smallest score of a trial at which the fixes contradict the axes.
@@ -67,7 +67,7 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
                 .into(),
         );
     }
-    // An IMU mounted the other way up whose accelerometers have the opposite sign gives the same readings.
+    // The readings are the same if an IMU is mounted the other way up and its accelerometers have the opposite sign.
     let other = upright(axis, gravity[axis] < 0.0);
     let candidates = [(first, first), (other, other.reversed())];
     let mut tried: Vec<(f64, Turn, Vec<String>)> = Vec::new();
@@ -76,8 +76,8 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
             tried.push((trial(dataset, &turn), turn, notes));
         }
     }
-    // The first candidate is the usual one. It is chosen where the fixes do not contradict it; otherwise
-    // another candidate must be clearly better.
+    // The first candidate is the usual one. It is chosen if the fixes do not contradict it; otherwise another candidate
+    // must be clearly better.
     let usual = tried.first().filter(|(score, ..)| *score < DISAGREES);
     let Some((score, turn, notes)) = usual.or_else(|| {
         let handicap = |index: usize| if index == 0 { 0.7 } else { 1.0 };
@@ -170,8 +170,8 @@ fn turns(dataset: &Dataset, gyro: Axes, accel: Axes) -> Vec<(Turn, Vec<String>)>
     turns
 }
 
-/// Score of `turn`; smaller is better. It is the mean square of the normalised innovations of the first fixes, plus
-/// a penalty for a heading that differs from the IMU's own. Infinite if the filter cannot run.
+/// Score of `turn`; smaller is better. It is the mean square of the normalised innovations of the first fixes. A
+/// heading that differs from the IMU's own adds a penalty. Infinite if the filter cannot run.
 fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
     let Some(first) = dataset.fixes.first() else { return f64::INFINITY };
     let begin = dataset.imu.partition_point(|sample| sample.time < first.time.offset_by(-5.0));
@@ -196,7 +196,8 @@ fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
                 | Channel::VelocityNorth
                 | Channel::VelocityEast
                 | Channel::VelocityDown => gps.add(innovation),
-                // A filter that rejects a wrong heading runs without it, and the fixes still agree.
+                // If the filter rejects a wrong heading, it runs without that heading and remains consistent with the
+                // fixes. So heading innovations have their own tally.
                 Channel::Yaw => heading.add(innovation),
                 _ => {}
             }
@@ -209,8 +210,8 @@ fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
     gps.mean() + heading.mean() + heading_misfit(&trial.imu, &run.solutions)
 }
 
-/// Median difference, over the last quarter of the run, between the filter's heading and the IMU's own,
-/// divided by 10° and squared.
+/// Difference between the filter's heading and the IMU's own, divided by 10° and squared. The difference is the median
+/// over the last quarter of the run.
 fn heading_misfit(imu: &[ImuSample], solutions: &[Solution]) -> f64 {
     const TOLERATED_RAD: f64 = 0.17;
     // There is one solution per sample, up to the last sample.
@@ -232,8 +233,8 @@ struct Tally {
 
 impl Tally {
     fn add(&mut self, innovation: &Innovation) {
-        // The cap keeps one measurement that is always rejected from hiding the rest; each rejection also
-        // adds a penalty.
+        // The cap prevents one measurement that is always rejected from hiding the others. Each rejection also adds a
+        // penalty.
         self.squares += innovation.normalised().powi(2).min(100.0);
         self.squares += if innovation.verdict == Verdict::Accepted { 0.0 } else { 10.0 };
         self.count += 1;

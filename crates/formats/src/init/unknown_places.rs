@@ -1,4 +1,4 @@
-//! Numbers in place of unknown positions.
+//! Numbers that loggers write instead of unknown positions.
 
 use super::known::Known;
 use super::look::Look;
@@ -7,8 +7,8 @@ use super::quantity::Quantity;
 /// Largest longitude in degrees, as ddmm.mmmm, and in degrees × 10⁷.
 const SCALES: [f64; 3] = [360.0, 18_000.0, 3.6e9];
 
-/// Replaces impossible and unknown positions by NaN, with the same numbers in other columns of their rows. Returns the
-/// numbers that mean an unknown position: latitude and longitude both have them, on several rows, at least about a
+/// Replaces impossible and unknown positions by NaN, and the same numbers in other columns of their rows. Returns the
+/// numbers that mean an unknown position. Latitude and longitude both have them, on several rows, at least about a
 /// degree from every other position.
 pub(super) fn forget_unknown(look: &mut Look, known: &Known) -> Vec<f64> {
     let Some([lat, lon]) = known.all([Quantity::Latitude, Quantity::Longitude]) else {
@@ -20,7 +20,7 @@ pub(super) fn forget_unknown(look: &mut Look, known: &Known) -> Vec<f64> {
     let typical = |of: fn(&(f64, f64)) -> f64| {
         let mut values: Vec<f64> = others.iter().map(|row| of(row).abs()).collect();
         values.sort_unstable_by(f64::total_cmp);
-        // A value for unknown ones counts once.
+        // Each number that means an unknown position is listed once.
         values.dedup();
         values.get(values.len().saturating_sub(1) / 2).copied().unwrap_or(f64::INFINITY)
     };

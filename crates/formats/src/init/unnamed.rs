@@ -6,12 +6,12 @@ use super::quantity::Quantity;
 
 /// The meanings of the columns of `look`, as far as their values determine them.
 ///
-/// Time is the first column that rises. Three adjacent columns are an accelerometer if their norm is gravity,
-/// or gravity times the time step. The three columns before them, else those after, are a gyro. This reads
-/// the inertial files of KF-GINS (angle increments, then velocity increments) and of NaveGo (specific force,
-/// then rates). Latitude, longitude and height are adjacent columns. In a file with an accelerometer, the
-/// first two of them must change as slowly as a position does. In a file without, the three columns after the
-/// height are one-sigmas if all values are positive, else velocities.
+/// Time is the first column that rises. Three adjacent columns are an accelerometer if their norm is gravity, or
+/// gravity times the time step. The three columns before them, otherwise those after them, are a gyro. This reads the
+/// inertial files of KF-GINS (angle increments, then velocity increments) and of NaveGo (specific force, then rates).
+/// Latitude, longitude and height are adjacent columns. In a file with an accelerometer, the first two of them must
+/// change as slowly as a position does. In a file without, the three columns after the height are one-sigmas if all
+/// values are positive, otherwise velocities.
 pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
     let count = look.columns.len();
     let mut meanings = vec![None; count];
@@ -20,7 +20,7 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
             meanings[0] = Some(Meaning { quantity: Quantity::Time, unit: None, estimated: false });
         }
         for (column, quantity, unit) in KITTI {
-            // Attitude, position and velocity are those of the unit's own filter.
+            // Attitude, position and velocity are those of the inertial unit's own filter.
             let estimated = matches!(quantity, Quantity::Attitude(_));
             meanings[first + column] = Some(Meaning { quantity, unit: Some(unit), estimated });
         }
@@ -95,8 +95,8 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
 /// columns after each triple are the same quantity along other axes.
 ///
 /// # Source
-/// A. Geiger, P. Lenz, C. Stiller, R. Urtasun (2013), Vision meets robotics: the KITTI dataset, *International Journal of
-/// Robotics Research* 32 (11), and its file `dataformat.txt`.
+/// A. Geiger, P. Lenz, C. Stiller, R. Urtasun (2013), Vision meets robotics: the KITTI dataset, *International Journal
+/// of Robotics Research* 32 (11), and its file `dataformat.txt`.
 const KITTI: [(usize, Quantity, &str); 15] = [
     (0, Quantity::Latitude, "deg"),
     (1, Quantity::Longitude, "deg"),
@@ -115,8 +115,8 @@ const KITTI: [(usize, Quantity, &str); 15] = [
     (19, Quantity::Gyro(2), "rad/s"),
 ];
 
-/// The first column of a row of the KITTI data set: 30 values, of which the last five are whole numbers and two
-/// triples have the size of gravity; without a time, or after one.
+/// The first column of a row of the KITTI data set, which may be preceded by a time. The row has 30 values: the last
+/// five are whole numbers, and two triples have the size of gravity.
 fn kitti(look: &Look) -> Option<usize> {
     const COLUMNS: usize = 30;
     let first = look.columns.len().checked_sub(COLUMNS).filter(|first| *first <= 1)?;
@@ -128,8 +128,8 @@ fn kitti(look: &Look) -> Option<usize> {
     (are_states && is_place(look, first) && is_gravity(11) && is_gravity(14)).then_some(first)
 }
 
-/// Whether a column changes, and as slowly as a latitude does. In a file with an IMU, other columns may
-/// contain anything.
+/// Whether a column changes, and as slowly as a latitude does. In a file with an IMU, other columns may contain
+/// anything.
 fn is_smooth(look: &Look, column: usize) -> bool {
     /// Largest change from one fix to the next, °.
     const FASTEST_DEG: f64 = 0.002;

@@ -34,7 +34,7 @@ pub(crate) fn write(
     Ok(())
 }
 
-/// The relative path from `directory` to `file`; the absolute path where they share only the root.
+/// The relative path from `directory` to `file`; the absolute path if both share only the root.
 fn relative(file: &Path, directory: &Path) -> Result<PathBuf, LogError> {
     let file = file.canonicalize().map_err(LogError::io(file))?;
     let from = directory.canonicalize().map_err(LogError::io(directory))?;
@@ -103,7 +103,7 @@ impl Lines {
         let _ = writeln!(self.0, "{line}");
     }
 
-    /// Appends an empty line and the heading of a part of a table.
+    /// Appends an empty line and the heading of a section of a table.
     fn part(&mut self, name: &str) {
         self.line(format_args!("\n[table.{name}]"));
     }

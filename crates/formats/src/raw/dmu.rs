@@ -9,7 +9,7 @@ use hovernav_log::{LogError, Manifest};
 
 /// Period of the DMU's timer, s. Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
 const TICK_S: f64 = 0.79e-6;
-/// Packet interval where the timer does not run, s: the rate that the flight computer requests.
+/// Packet interval if the timer does not run, s: that of the rate which the flight computer requests.
 const USUAL_INTERVAL_S: f64 = 1.0 / 33.0;
 /// Ranges of the two types of DMU: acceleration, g, and rate, °/s.
 const RANGES: [(f64, f64); 2] = [(4.0, 200.0), (2.0, 100.0)];
@@ -57,7 +57,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<(Assembly, Manifest),
     let length = mode.packet_length() as f64;
     let first = packets.first().map_or(0, |received| received.offset);
     for received in &packets {
-        // A capture has no arrival times; the byte offset gives them, as packets are consecutive.
+        // A capture has no arrival times. They follow from the byte offsets, because packets are consecutive.
         let arrival_s = (received.offset - first) as f64 / length * interval_s;
         let arrival = Time::try_from_seconds(arrival_s).unwrap_or_default();
         let place = received.offset;
@@ -77,7 +77,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<(Assembly, Manifest),
     Ok((assembly, manifest))
 }
 
-/// The median interval of consecutive packets, s; `None` where the timer does not run.
+/// The median interval of consecutive packets, s; `None` if the timer does not run.
 fn interval_s(packets: &[Received]) -> Option<f64> {
     let mut ticks: Vec<u16> = packets
         .windows(2)

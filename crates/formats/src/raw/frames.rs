@@ -1,4 +1,4 @@
-//! Frames of the protocols on one line, told apart by their checksums.
+//! Frames of several protocols on one serial line, distinguished by their checksums.
 //!
 //! # Source
 //! u-blox, *u-blox 8 / M8 Receiver description*, UBX-13003221, section UBX frame structure. NMEA 0183, section
@@ -23,7 +23,7 @@ pub(super) const LONGEST: usize = 8192;
 /// Longest sentence, bytes.
 const LONGEST_SENTENCE: usize = 132;
 
-/// The frame at the start of `bytes` and its length; `None` if no whole frame with a right checksum begins there.
+/// The frame at the start of `bytes` and its length; `None` if no whole frame with a correct checksum begins there.
 pub(super) fn at(bytes: &[u8]) -> Option<(Kind, usize)> {
     match bytes.first()? {
         0xB5 => ubx(bytes),
@@ -33,7 +33,7 @@ pub(super) fn at(bytes: &[u8]) -> Option<(Kind, usize)> {
     }
 }
 
-/// Number of bytes whose checksum [`at`] computes; zero if no frame begins there.
+/// Number of bytes over which [`at`] computes a checksum; zero if no frame begins there.
 pub(super) fn work(bytes: &[u8]) -> usize {
     let end = match *bytes {
         [0xB5, 0x62, _, _, low, high, ..] => 6 + usize::from(u16::from_le_bytes([low, high])),
@@ -89,7 +89,7 @@ mod tests {
         let frames: [(&[u8], Kind); 3] = [
             (&[0xB5, 0x62, 0x05, 0x01, 0x02, 0x00, 0x06, 0x01, 0x0F, 0x38], Kind::Ubx { class: 5 }),
             (b"$GPABC,1*4A\r\n", Kind::Nmea),
-            // A message of no bytes.
+            // A message without content.
             (&[0xD3, 0x00, 0x00, 0x47, 0xEA, 0x4B], Kind::Rtcm),
         ];
         for (frame, kind) in frames {

@@ -63,10 +63,10 @@ fn without_remarks(mut bytes: &[u8]) -> &[u8] {
     bytes
 }
 
-/// Reads a capture of one line.
+/// Reads a capture of one serial line.
 ///
 /// # Errors
-/// [`LogError`] where the file cannot be read or contains no packets.
+/// [`LogError`] if the file cannot be read or contains no packets.
 pub(crate) fn read(input: Input<'_>) -> Result<Log, LogError> {
     let (assembly, manifest) = assembled(input)?;
     assembly.finish(input.path, Format::Raw, manifest, "")
@@ -75,12 +75,12 @@ pub(crate) fn read(input: Input<'_>) -> Result<Log, LogError> {
 /// The rows of a capture with times as logged, and its manifest.
 ///
 /// # Errors
-/// [`LogError`] where the file cannot be read or contains no packets.
+/// [`LogError`] if the file cannot be read or contains no packets.
 pub(crate) fn assembled(input: Input<'_>) -> Result<(Assembly, Manifest), LogError> {
     let mut window = begin(input)?;
     let io = LogError::io(input.path);
     let bytes = window.peek(CHUNK).map_err(io)?;
-    // Only the bytes that determined the format; the rest may be anything.
+    // Only the bytes that determined the format are passed; the rest may be anything.
     match speaker(&bytes[..bytes.len().min(CHUNK)]) {
         Some(Speaker::Dmu(mode)) => dmu::read(input, mode),
         Some(Speaker::Receiver) => receiver::read(input),

@@ -56,13 +56,13 @@ impl Received {
 /// Largest number of bytes whose checksum is computed in vain, for each byte of the stream.
 const MOST_WORK: u64 = 64;
 
-/// Frames of a stream that no decoder reads.
+/// Statistics of the frames that no decoder reads.
 #[derive(Default)]
 struct Unread {
-    /// Frames with a wrong checksum, or cut off.
+    /// Number of frames with a wrong checksum, or cut off.
     damaged: usize,
     rtcm: usize,
-    /// Receiver's raw measurements in UBX, classes RXM and TRK.
+    /// Number of the receiver's raw measurements in UBX, classes RXM and TRK.
     raw_measurements: usize,
     ubx: usize,
 }
@@ -71,7 +71,7 @@ pub(super) fn read(input: Input<'_>) -> Result<(Assembly, Manifest), LogError> {
     let mut assembly = Assembly::new(true);
     let floor = week_floor(input, &mut assembly)?;
     let tsip = Receiver::Tsip(tsip::Decoder::with_week_floor(floor));
-    // The richest protocol first: it is used where several report one epoch.
+    // The protocol with the most content comes first: it is used if several report one epoch.
     let mut heard = [
         Received::of("UBX", Receiver::new(Protocol::Ubx)),
         Received::of("TSIP", tsip),
@@ -108,7 +108,7 @@ pub(super) fn read(input: Input<'_>) -> Result<(Assembly, Manifest), LogError> {
 fn listen(input: Input<'_>, heard: &mut [Received; 3]) -> Result<Unread, LogError> {
     let mut unread = Unread::default();
     let mut window = begin(input)?;
-    // Bytes of which a checksum was computed in vain.
+    // Number of bytes whose checksum was computed in vain.
     let mut in_vain = 0_u64;
     let [ubx, tsip, nmea] = heard;
     loop {
@@ -161,7 +161,8 @@ fn remark_protocols(heard: &[Received; 3], unread: &Unread, assembly: &mut Assem
         if read + unknown == 0 && others == 0 {
             continue;
         }
-        // The checksums of the other protocols have been checked: their content is of no use here.
+        // The checksums of the other protocols have been checked; the reader does not need the content of their other
+        // messages.
         let (unneeded, damaged) = match *name {
             "TSIP" => (u64::from(unknown), u64::from(damaged)),
             _ => (u64::from(unknown) + u64::from(damaged) + others, unread.damaged as u64),
@@ -213,8 +214,8 @@ fn apart_ns(fix: &ReceiverFix, before: &ReceiverFix) -> Option<i64> {
     }
 }
 
-/// The fixes of both protocols in the order of the stream; of the `poorer` ones only those of epochs that the
-/// `richer` ones lack. A poorer fix without a time is one before or after all richer ones.
+/// Merges the fixes of two protocols in the order of the stream. Of `poorer`, only fixes of epochs that `richer` lacks
+/// are kept. A poorer fix without a time is kept only before or after all richer ones.
 fn merged(
     richer: Vec<(u64, ReceiverFix)>,
     poorer: Vec<(u64, ReceiverFix)>,
@@ -273,7 +274,7 @@ fn gather(
     let mut epochs = HashMap::new();
     for (index, (place, fix)) in fixes.iter().enumerate() {
         let on_one_scale = before.and_then(|before| fix.time?.since(&before.time?));
-        // Between two protocols, and so two time scales.
+        // The two fixes are from different protocols, and so from two time scales.
         let by_utc = || Some(apart_ns(fix, before?)? as f64 * 1e-9);
         let step_s = on_one_scale.or_else(by_utc);
         without_time += usize::from(fix.time.is_none());
@@ -315,7 +316,7 @@ fn gather(
         assembly.fix(*place, stated);
     }
     for (place, ReceiverHeading { time_of_week_ms, heading }) in headings {
-        // A heading without a fix has no time on this clock.
+        // A heading without a fix of its epoch has no time on this clock.
         if let Some(&time) = epochs.get(&u64::from(*time_of_week_ms)) {
             assembly.heading(*place, AntennaHeading { time, ..*heading });
         }

@@ -4,7 +4,7 @@
 //! OMG, *Common Object Request Broker Architecture*, part 2, section 9.3 (CDR), and OMG, *Extensible
 //! and Dynamic Topic Types for DDS*, section 7.6.3 (the encapsulation header).
 
-/// A message that is read forward. A read beyond its end returns `None`, also where a length field is wrong.
+/// A message that is read forward. A read beyond its end returns `None`, also if a length field is wrong.
 #[derive(Debug)]
 pub(super) struct Cdr<'a> {
     body: &'a [u8],

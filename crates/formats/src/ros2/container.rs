@@ -1,4 +1,4 @@
-//! Reads the records of an MCAP file, also those in chunks, with the memory of one chunk.
+//! Reads the records of an MCAP file, also those in chunks, with memory for one chunk.
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -18,7 +18,7 @@ const LARGEST: usize = 1 << 26;
 const FOOTER: u64 = 20;
 /// Bytes of a message record before its data.
 const MESSAGE_HEADER: usize = 22;
-/// Largest unexpected record after which a record is looked for, bytes.
+/// Largest record of an unexpected kind, bytes, for which the reader checks whether a record follows.
 const LONGEST_CHECKED: u64 = 1 << 20;
 /// Largest message that is read, bytes.
 const LONGEST_MESSAGE: u64 = 4096;
@@ -29,8 +29,8 @@ const CRC: crc::Crc<u32, crc::Table<16>> =
 pub(super) type ChannelId = (usize, u16);
 
 /// Passes every record of the files to `take`, with the index of its file and a byte offset. The offset is that of the
-/// record or of its chunk, counted through all files. A record or chunk with damaged content is skipped, as are the bytes from
-/// an impossible record to the next plausible one.
+/// record or of its chunk, counted through all files. A record or chunk with damaged content is skipped. So are the
+/// bytes from an impossible record to the next plausible one.
 ///
 /// # Errors
 /// [`LogError::Io`].
@@ -48,7 +48,8 @@ pub(super) fn for_each_record(
     Ok(damages)
 }
 
-/// Passes every record of a file to `take`, its offset after `base` bytes of other files. Returns where reading ended.
+/// Passes every record of a file to `take`. Offsets count from `base`, the number of bytes in the files before. Returns
+/// the offset at which reading ended.
 fn of_file(
     input: Input<'_>,
     base: u64,
@@ -77,7 +78,7 @@ fn of_file(
             || is_misleading(&mut window, opcode, length).map_err(LogError::io(input.path))?
         {
             format!("found an impossible record of kind {opcode} and {length} bytes")
-        // Shorter also if the file is truncated while it is read, or where a packed file is damaged.
+        // The record is also shorter if the file is truncated while it is read, or if a packed file is damaged.
         } else if offset + FRAME as u64 + length > total
             || is_read(opcode, length)
                 && window.peek(FRAME + length as usize).map_err(LogError::io(input.path))?.len()
@@ -124,7 +125,7 @@ fn of_file(
     }
 }
 
-/// Whether no record follows a short record of a kind that is not expected: its length is then damaged.
+/// Whether a short record of an unexpected kind is followed by no record. Then its length is damaged.
 fn is_misleading(window: &mut Window<'_>, opcode: u8, length: u64) -> io::Result<bool> {
     if (op::SCHEMA..=op::DATA_END).contains(&opcode) || length > LONGEST_CHECKED {
         return Ok(false);
@@ -139,8 +140,8 @@ fn is_read(opcode: u8, length: u64) -> bool {
     is_of_use(opcode) && length <= LARGEST as u64
 }
 
-/// Moves to the next plausible record: one that another record or the end of the file follows, in a known channel if it is
-/// a message. Returns whether there is one.
+/// Moves to the next plausible record; returns whether there is one. A plausible record is followed by another record
+/// or by the end of the file. If it is a message, its channel is known.
 fn resume(window: &mut Window<'_>, total: u64, channels: &BTreeSet<u16>) -> io::Result<bool> {
     loop {
         window.consume(1);
@@ -256,7 +257,7 @@ pub(super) fn unpacked_message(data: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(message)
 }
 
-/// Passes the records of a chunk to `take`. The error tells why they end early.
+/// Passes the records of a chunk to `take`. The error states why they end early.
 fn of_chunk(mut rest: &[u8], take: &mut dyn FnMut(Record<'_>)) -> Result<(), String> {
     while let Some((opcode, length)) = frame(rest) {
         let body = usize::try_from(length).ok().and_then(|length| rest[FRAME..].get(..length));

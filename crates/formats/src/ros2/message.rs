@@ -66,7 +66,7 @@ pub(super) fn header<'a>(cdr: &mut Cdr<'a>) -> Option<Header<'a>> {
 
 /// `sensor_msgs/Imu`.
 pub(super) struct Imu {
-    /// Scalar first; `None` where the IMU has no orientation.
+    /// Quaternion, scalar first; `None` if the IMU has no orientation.
     pub orientation: Option<[f64; 4]>,
     pub rate_radps: [f64; 3],
     pub force_mps2: [f64; 3],
@@ -92,7 +92,7 @@ pub(super) struct NavSatFix {
     pub height_m: f64,
     /// One-sigma north, east, down, m.
     pub sigma_m: Option<[f64; 3]>,
-    /// Speed over ground, m/s, course, °, and climb, m/s, where the message has them.
+    /// Speed over ground, m/s, course, °, and climb, m/s, if the message has them.
     pub motion: Option<[f64; 3]>,
 }
 
@@ -114,7 +114,7 @@ fn gps_fix(cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
     let _sources = [cdr.u16()?, cdr.u16()?, cdr.u16()?];
     let [latitude_deg, longitude_deg, height_m] = cdr.f64s()?;
     let [track_deg, speed_mps, climb_mps] = cdr.f64s()?;
-    // Attitude, time and dilutions of precision; then errors, and the covariance of the position.
+    // Attitude, time and dilutions of precision are skipped; then come errors, and the covariance of the position.
     let _: [f64; 9] = cdr.f64s()?;
     let _: [f64; 10] = cdr.f64s()?;
     let covariance: [f64; 9] = cdr.f64s()?;
@@ -134,7 +134,7 @@ fn fix(cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
     let status = cdr.i8()?;
     cdr.u16()?;
     let [latitude_deg, longitude_deg, height_m] = cdr.f64s()?;
-    // East, north, up.
+    // The velocity is east, north, up.
     let covariance: [f64; 9] = cdr.f64s()?;
     let is_known = cdr.u8()? != 0;
     let sigma_m = [covariance[4], covariance[0], covariance[8]].map(f64::sqrt);
@@ -179,7 +179,7 @@ pub(super) fn odometry(cdr: &mut Cdr<'_>) -> Option<Odometry> {
     Some(Odometry { orientation: [w, x, y, z], velocity_mps: cdr.f64s()? })
 }
 
-/// `sensor_msgs/Range`: the distance, m, and its quality: 1 within the sensor's own limits, else 0.
+/// `sensor_msgs/Range`: the distance, m, and its quality: 1 within the sensor's own limits, otherwise 0.
 pub(super) fn range(cdr: &mut Cdr<'_>) -> Option<(f64, f64)> {
     let _radiation = cdr.u8()?;
     let _field_of_view = cdr.f32()?;
@@ -199,7 +199,7 @@ pub(super) fn is_good(kind: Kind, cdr: &mut Cdr<'_>) -> bool {
     }
 }
 
-/// The fix of a message of either type.
+/// The fix in a message of either type.
 pub(super) fn fix_of(kind: Kind, cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
     if kind == Kind::GpsFix { gps_fix(cdr) } else { fix(cdr) }
 }

@@ -35,7 +35,7 @@ const SAME_EPOCH_S: f64 = 0.1;
 /// Reads the MCAP files of a ROS 2 log, whose name in messages is `path`, as one recording.
 ///
 /// # Errors
-/// [`LogError`] where the file cannot be read or contains no usable topic.
+/// [`LogError`] if the file cannot be read or contains no usable topic.
 pub(crate) fn read(path: &Path, inputs: &[Input<'_>], options: &Options) -> Result<Log, LogError> {
     let mut assembly = Assembly::new(true);
     let topics = Topics::of(path, inputs, options, &mut assembly)?;
@@ -63,20 +63,20 @@ pub(crate) fn read(path: &Path, inputs: &[Input<'_>], options: &Options) -> Resu
     gathered.finish(path)
 }
 
-/// The values read so far.
+/// The values that have been read.
 struct Gathered {
     assembly: Assembly,
     origin_ns: Option<i64>,
-    /// Each with its byte offset and the number of velocities before it in the file.
+    /// Fixes, each with its byte offset and the number of velocities before it in the file.
     fixes: Vec<(u64, usize, Time, StatedFix)>,
-    /// In the order of the file.
+    /// Velocities in the order of the file.
     velocities: Vec<Velocity>,
     unreadable: usize,
-    /// Number of messages in excess of the bytes of the file.
+    /// Number of messages in excess of the number of bytes in the file.
     skipped: usize,
     are_down: bool,
     has_imu: bool,
-    /// Whether any orientation is not the identity, which drivers without an orientation send.
+    /// Whether any orientation differs from the identity. Drivers without an orientation send the identity.
     has_turned: bool,
 }
 
@@ -181,7 +181,7 @@ impl Gathered {
         ));
     }
 
-    /// The log, after velocities are assigned to their fixes.
+    /// The log, after the velocities have been assigned to their fixes.
     fn finish(mut self, path: &Path) -> Result<Log, LogError> {
         let by_time = in_time_order(&self.velocities);
         for (place, before, time, mut fix) in std::mem::take(&mut self.fixes) {
@@ -234,7 +234,8 @@ fn in_time_order(velocities: &[Velocity]) -> Vec<usize> {
 }
 
 /// The velocity nearest to `time`, the time of a fix with `before` velocities before it in the file. A clock that steps
-/// back gives the same times twice: only the velocities of that pass, which are together in the file, may belong to the fix.
+/// back gives the same times twice. Only velocities from the same pass of the clock, which are together in the file,
+/// may belong to the fix.
 fn of_epoch<'a>(
     velocities: &'a [Velocity],
     by_time: &[usize],

@@ -8,10 +8,10 @@ use super::message::{Header, Kind};
 /// A channel with messages that are read.
 #[derive(Debug)]
 pub(super) struct Topic {
-    /// Its channels: one in each file of the log.
+    /// Channels of the topic: one in each file of the log.
     pub channels: Vec<ChannelId>,
     pub name: String,
-    /// The frame of its first message.
+    /// Frame of the topic's first message.
     pub frame: String,
     pub kind: Kind,
     pub stamps: Stamps,
@@ -21,7 +21,7 @@ pub(super) struct Topic {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stamps {
     pub messages: usize,
-    /// Messages with a measurement that may be used.
+    /// Number of messages with a measurement that may be used.
     pub good: usize,
     pub stamped: usize,
     /// Smallest delay from the stamp of a message to its log time, ns.
@@ -29,7 +29,7 @@ pub(super) struct Stamps {
 }
 
 impl Topic {
-    /// Whether this is the topic with the channels of `other`.
+    /// Whether both have the same channels.
     pub fn is(&self, other: &Self) -> bool {
         self.channels == other.channels
     }

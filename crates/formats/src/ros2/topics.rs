@@ -91,7 +91,7 @@ impl Topics {
 /// velocity topics.
 ///
 /// # Errors
-/// A sentence where no topic has the requested name.
+/// A sentence if no topic has the requested name.
 fn velocity_of(
     found: &[Topic],
     chosen: &[String],
@@ -137,7 +137,7 @@ fn velocity_of(
     Ok(taken.map(|(topic, _)| topic.name.clone()))
 }
 
-/// Whether all topics are stamped, by clocks that agree within 0.5 s.
+/// Whether all topics have time stamps from clocks that agree within 0.5 s.
 fn stamps_agree(topics: &[Topic]) -> bool {
     const ALIKE_NS: i64 = 500_000_000;
     let delays = || topics.iter().map(|topic| topic.stamps.least_delay_ns);
@@ -154,7 +154,7 @@ fn survey(inputs: &[Input<'_>]) -> Result<(Vec<Topic>, BTreeSet<String>, Damages
     let mut channels: BTreeMap<ChannelId, (u16, String, bool)> = BTreeMap::new();
     // Per channel: time stamps, and the frame of the first message.
     let mut stamps: BTreeMap<ChannelId, (Stamps, String)> = BTreeMap::new();
-    // Channels are repeated at the end of the file, in case the first description is damaged.
+    // The file repeats its channels at the end, in case the first description is damaged.
     let damages = for_each_record(inputs, |file, record, _| match record {
         Record::Schema { header, .. } => {
             if let Some(kind) = Kind::of(&header.name) {

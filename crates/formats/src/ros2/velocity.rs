@@ -17,7 +17,7 @@ pub(super) fn reason(topic: &Topic, fixes: &Topic) -> Option<(u8, &'static str)>
     };
     let (messages, epochs) = (topic.stamps.messages, fixes.stamps.messages);
     if has(&topic.name, &["cmd", "setpoint", "target"]) {
-        // A command, not a measurement.
+        // The topic is a command, not a measurement.
         None
     } else if has(&topic.name, &OF_RECEIVERS) {
         Some((0, "its name denotes a receiver"))

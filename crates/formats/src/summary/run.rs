@@ -35,9 +35,9 @@ pub struct RunSummary {
     pub gps_fixes_rejected: usize,
     /// Fixes that could not be compared with the state.
     pub gps_fixes_unusable: usize,
-    /// Whether later measurements were used too.
+    /// Whether the solution also uses later measurements.
     pub smoothed: bool,
-    /// The alignment, once it ended.
+    /// The alignment, if it ended.
     pub alignment: Option<AlignmentSummary>,
     innovations: BTreeMap<&'static str, ChannelSummary>,
     reopened: Vec<Reopened>,
@@ -48,7 +48,7 @@ pub struct RunSummary {
     /// Difference from the solution of the onboard estimator, if the log contains one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub onboard: Option<OnboardDifference>,
-    /// Innovations of the onboard estimator next to ours, if the log contains them.
+    /// Innovations of the onboard estimator next to those of hovernav, if the log contains them.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub onboard_innovations: BTreeMap<&'static str, InnovationSizes>,
     /// Statistics of the error of each axis, by its name, if there is a reference.
@@ -64,7 +64,7 @@ pub struct RunSummary {
     /// Statistics of the largest horizontal drift in each outage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outage_drift_m: Option<Statistics>,
-    /// Choices and assumptions while reading the log, one sentence each.
+    /// Choices and assumptions during reading of the log, one sentence each.
     pub notes: Vec<String>,
     /// The verdict on the solution; `None` until [`conclude`](Self::conclude).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -92,9 +92,9 @@ pub struct AlignmentSummary {
     pub heading_sigma_deg: f64,
     /// Time at which an initially unknown heading was found, s.
     pub heading_found_s: Option<f64>,
-    /// Source of roll and pitch: `unit` or `levelled`.
+    /// Source of roll and pitch: `unit` (the inertial unit) or `levelled`.
     pub attitude: &'static str,
-    /// Whether the vehicle was at rest.
+    /// Whether the vehicle was at rest during the alignment.
     pub at_rest: bool,
 }
 
@@ -127,7 +127,7 @@ pub struct OutageDrift {
     pub start_s: f64,
     /// Duration of the span, s.
     pub duration_s: f64,
-    /// Largest horizontal drift, m; `None` where the reference does not cover the span.
+    /// Largest horizontal drift, m; `None` if the reference does not cover the span.
     pub max_horizontal_m: Option<f64>,
     /// Whether the outage lies outside the log.
     #[serde(skip)]
@@ -207,7 +207,7 @@ impl RunSummary {
                     });
                 }
                 Notice::HeadingFound { time, sigma_rad, .. } => {
-                    // Only the first time counts; a heading found later had been lost in a gap.
+                    // Only the first heading counts; a heading found later had been lost in a gap.
                     let first = self.alignment.as_mut().filter(|by| by.heading_found_s.is_none());
                     if let Some(alignment) =
                         first.filter(|by| by.heading == heading_name(HeadingSource::Unknown))
@@ -233,8 +233,8 @@ impl RunSummary {
         }));
     }
 
-    /// Sets the findings, and adds those of the contradictions by an independent solution, which is `apart` from the
-    /// `solutions` of the run. Each gets its harm.
+    /// Sets the findings. Adds those of contradictions by an independent solution; `apart` has its distances from the
+    /// `solutions` of the run. Each finding gets its harm.
     pub fn set_findings(
         &mut self,
         mut findings: Vec<Finding>,
@@ -248,7 +248,7 @@ impl RunSummary {
         self.findings = findings;
     }
 
-    /// Sets the verdict by the findings, the warnings and the `innovations` of the run; called last.
+    /// Sets the verdict by the findings, the warnings and the `innovations` of the run. Must be called last.
     pub fn conclude(&mut self, innovations: &[Innovation]) {
         if self.gps_fixes_used == 0 {
             self.warnings

@@ -19,7 +19,7 @@ const MOST_ROWS: u64 = 10_000_000;
 /// Reads the files of `mapping`, which is in `directory`, into a dataset with `manifest`.
 ///
 /// # Errors
-/// [`LogError`] where a file cannot be read, lacks a column, or has the wrong content in a column.
+/// [`LogError`] if a file cannot be read, lacks a column, or has the wrong content in a column.
 pub(crate) fn dataset(
     directory: &Path,
     mapping: &Mapping,
@@ -36,7 +36,7 @@ pub(crate) fn dataset(
 /// Reads the files of `mapping` as a trajectory: positions, velocities, and attitudes of either role.
 ///
 /// # Errors
-/// As [`dataset`]; [`LogError::Unusable`] where the files contain neither position nor attitude.
+/// As [`dataset`]; [`LogError::Unusable`] if the files contain neither position nor attitude.
 pub(crate) fn trajectory(
     directory: &Path,
     mapping: &Mapping,
@@ -105,11 +105,11 @@ fn read_table(
             first_word.get_or_insert(word);
         }
     }
-    // Columns without any number are wrong columns.
+    // If a column contains no number at all, it is the wrong column.
     if let Some(fault) = first_word.filter(|_| worded + unreadable == rows) {
         return Err(fault);
     }
-    // A few damaged rows, or a row of units, are tolerated; more mean a wrong format.
+    // A few damaged rows, or a row of units, are accepted; more of them mean a wrong format.
     if let Some(fault) = first_fault.filter(|_| unreadable > 10 && 100 * unreadable > rows) {
         return Err(fault);
     }
@@ -144,7 +144,7 @@ fn read_capture(
     let zero_s = of_capture.utc_at_zero_ns().unwrap_or_default() as f64 * 1e-9;
     let later_s = zero_s + table.time.offset_s - manifest.gps.latency_s;
     let (fixes, of_fixes, notes) = assembly.into_fixes();
-    // Steps of the clock are those of all sensors together.
+    // Clock steps are those of all sensors together.
     gathered.fixes.append(fixes, later_s);
     let named = |sentence: String| format!("{name}: {sentence}");
     warnings.extend(of_fixes.into_iter().map(named));

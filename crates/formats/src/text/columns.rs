@@ -13,13 +13,13 @@ use hovernav_log::LogError;
 pub(crate) struct Source {
     lines: Lines,
     table: TableMapping,
-    /// The names, or the columns' numbers from 1.
+    /// Names of the columns; without names, their numbers from 1.
     names: Vec<String>,
     /// Number of rows read, for files without a time column.
     rows: u64,
     /// Column and number of the sensor whose rows are read.
     instance: Option<(usize, f64)>,
-    /// Number of rows of other sensors.
+    /// Number of rows of other sensors that were skipped.
     others: u64,
 }
 
@@ -31,7 +31,7 @@ pub(crate) struct Fields<'a> {
     fields: Vec<&'a [u8]>,
     decimal_comma: bool,
     row: u64,
-    /// The first column with a word in place of a number.
+    /// Index of the first column with a word instead of a number.
     word: Cell<Option<usize>>,
 }
 
@@ -39,7 +39,7 @@ impl Source {
     /// Opens the file of `table`, whose path is relative to `directory`.
     ///
     /// # Errors
-    /// [`LogError`] where the file cannot be read or ends before the line of names.
+    /// [`LogError`] if the file cannot be read or ends before the line of names.
     pub fn open(directory: &Path, table: &TableMapping) -> Result<Self, LogError> {
         let path: PathBuf = directory.join(&table.file);
         let mut lines = Lines::open(&path)?;
@@ -68,12 +68,12 @@ impl Source {
         self.lines.path()
     }
 
-    /// Number of skipped rows of other sensors than the one that is read.
+    /// Number of skipped rows of sensors other than the one that is read.
     pub const fn others(&self) -> u64 {
         self.others
     }
 
-    /// See [`Lines::unwritten`].
+    /// Zero bytes: see [`Lines::unwritten`].
     pub fn unwritten(&self) -> Option<(u64, u64)> {
         self.lines.unwritten()
     }
@@ -81,7 +81,7 @@ impl Source {
     /// The index of the column `name`; `name` is the column's number, from 1, in a file without names.
     ///
     /// # Errors
-    /// [`LogError::Columns`] where the column is missing.
+    /// [`LogError::Columns`] if the column is missing.
     pub fn find(&self, name: &str) -> Result<usize, LogError> {
         let found = if self.table.header_line == 0 {
             name.parse().ok().and_then(|number: usize| number.checked_sub(1))
@@ -96,7 +96,7 @@ impl Source {
         })
     }
 
-    /// The index of the column `name`; `None` where `name` is empty.
+    /// The index of the column `name`; `None` if `name` is empty.
     pub fn find_optional(&self, name: &str) -> Result<Option<usize>, LogError> {
         if name.is_empty() { Ok(None) } else { self.find(name).map(Some) }
     }
@@ -141,7 +141,7 @@ impl Source {
 }
 
 impl Fields<'_> {
-    /// The number in `column`; NaN where the field is empty, missing or a word.
+    /// The number in `column`; NaN if the field is empty, missing or a word.
     ///
     /// # Errors
     /// [`LogError::Field`] for other text that is not a number.
@@ -157,12 +157,12 @@ impl Fields<'_> {
         }
     }
 
-    /// The first word that was read in place of a number, as an error.
+    /// Error on the first word that was read instead of a number.
     pub fn word(&self) -> Option<LogError> {
         self.word.get().map(|column| self.unexpected(column, "a number"))
     }
 
-    /// See [`decimal::fix_type`].
+    /// Type of the fix: see [`decimal::fix_type`].
     pub fn fix_type(&self, column: Option<usize>) -> f64 {
         let field = column.and_then(|column| self.fields.get(column));
         field.map_or(f64::NAN, |field| decimal::fix_type(field))
@@ -174,8 +174,8 @@ impl Fields<'_> {
         Ok(Some(self.number(column)?).filter(|number| number.is_finite()))
     }
 
-    /// 1 where `column` contains the letter `plus`, −1 where it contains `minus`, `None` where it is empty; in
-    /// either case of letter.
+    /// 1 if `column` contains the letter `plus`, −1 if it contains `minus`, `None` if it is empty. Capital and small
+    /// letters are equal.
     ///
     /// # Errors
     /// [`LogError::Field`] for any other text, with `expected` in the message.

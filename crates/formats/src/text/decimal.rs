@@ -3,8 +3,8 @@
 use chrono::{DateTime, NaiveDate, NaiveDateTime, NaiveTime, Timelike as _};
 use hovernav::time::Time;
 
-/// The number in `field`, with a decimal comma if `comma`. A unit after it is ignored, but the letters S and W make it
-/// negative. NaN for an empty field or an unknown value, `None` for other text.
+/// The number in `field`, with a decimal comma if `comma`. A unit after the number is ignored, but the letters S and W
+/// make the number negative. NaN for an empty field or an unknown value, `None` for other text.
 pub(crate) fn number(field: &[u8], comma: bool) -> Option<f64> {
     const UNKNOWN: [&[u8]; 6] = [b"null", b"none", b"na", b"n/a", b"#n/a", b"nil"];
     // C libraries write values that are not finite as `-nan(ind)`, `1.#QNAN` and `-1.#IND`.
@@ -56,7 +56,7 @@ pub(crate) fn with_unit(text: &str) -> Option<(&str, &str)> {
         end = text.len() - power.len() + power.find(|letter| !is_part(letter))?;
     }
     let (number, unit) = text.split_at(end);
-    // Without a blank a digit in the first word is part of a number such as 0x1F, or of a time.
+    // Without a blank before the first word, a digit in it belongs to a number such as 0x1F, or to a time.
     let word = unit.split(['/', '^']).next().unwrap_or_default();
     let is_apart = unit.starts_with(' ') || !word.contains(|letter: char| letter.is_ascii_digit());
     let unit = unit.trim();
@@ -70,7 +70,8 @@ pub(crate) fn is_word(field: &[u8]) -> bool {
     !field.is_empty() && !field.iter().any(u8::is_ascii_digit)
 }
 
-/// The type of a fix in `field`: a number, also as `3D`, or words: 0 for no fix, 3 for others. NaN for other text.
+/// The type of the fix in `field`: a number, also as in `3D`, or words. Words that mean no fix give 0, other words 3.
+/// NaN for other text.
 pub(crate) fn fix_type(field: &[u8]) -> f64 {
     const NO_FIX: [&str; 7] = ["no", "none", "invalid", "void", "false", "lost", "v"];
     let words = String::from_utf8_lossy(field).to_lowercase();
@@ -116,7 +117,7 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    /// Nanoseconds per unit; those of a second for clock times.
+    /// Nanoseconds per unit; for clock times, those of a second.
     const fn nanoseconds(self) -> i64 {
         match self {
             Self::Nanoseconds => 1,
@@ -133,7 +134,7 @@ impl TimeUnit {
         self.nanoseconds() as f64 * 1e-9
     }
 
-    /// Seconds from zero of this unit to 1970; 0 for times on the logger's own clock.
+    /// Seconds from the zero of this unit to 1970; 0 for times on the logger's own clock.
     const fn before_1970_s(self) -> i64 {
         match self {
             Self::FileTime => 11_644_473_600,
@@ -190,7 +191,7 @@ fn scaled_nanoseconds(field: &[u8], unit: TimeUnit, comma: bool) -> Option<i64> 
         [b'+', rest @ ..] => (false, rest),
         _ => (false, field),
     };
-    // 25 digits times 1e9 stay below the limit of an i128, 1.7e38.
+    // Twenty-five digits times 1e9 stay below the limit of an i128, 1.7e38.
     if digits.is_empty() || digits.len() > 26 {
         return None;
     }
@@ -215,7 +216,7 @@ fn scaled_nanoseconds(field: &[u8], unit: TimeUnit, comma: bool) -> Option<i64> 
     i64::try_from(scaled - i128::from(unit.before_1970_s()) * 1_000_000_000).ok()
 }
 
-/// A date and time, UTC where it names no zone, or a time of day alone.
+/// A date and time, in UTC if it names no zone, or a time of day alone.
 fn clock_time(field: &[u8]) -> Option<Time> {
     const OFFSETS: [&str; 2] = ["%Y-%m-%dT%H:%M:%S%.f%#z", "%Y-%m-%d %H:%M:%S%.f%#z"];
     let text = std::str::from_utf8(field).ok()?.replace(',', ".");
@@ -244,12 +245,12 @@ fn clock_time(field: &[u8]) -> Option<Time> {
     Some(Time::from_nanoseconds(seconds * 1_000_000_000 + i64::from(at.nanosecond())))
 }
 
-/// The time of day of hhmmss.sss in units of 1e-9; `None` for an impossible time of day.
+/// The time of day from hhmmss.sss in units of 1e-9; `None` if it is impossible.
 fn time_of_day(hhmmss: i64) -> Option<Time> {
     const SECOND: i64 = 1_000_000_000;
     let whole = hhmmss.div_euclid(SECOND);
     let (hours, minutes, seconds) = (whole / 10_000, whole / 100 % 100, whole % 100);
-    // Second 60 is a leap second.
+    // Second 60 occurs in a leap second.
     (hhmmss >= 0 && hours < 24 && minutes < 60 && seconds <= 60).then(|| {
         let seconds = 3600 * hours + 60 * minutes + seconds;
         Time::from_nanoseconds(seconds * SECOND + hhmmss.rem_euclid(SECOND))

@@ -13,10 +13,10 @@ pub(crate) struct GpsPlaces {
     place: [usize; 3],
     /// Columns of the letters that give the signs of latitude and longitude.
     sides: [Option<usize>; 2],
-    /// North and east, or speed and course.
+    /// Columns of the velocity north and east, or of speed and course.
     horizontal: Option<[usize; 2]>,
     vertical: Option<usize>,
-    /// North, east and down.
+    /// Columns of the one-sigmas north, east and down.
     sigma_position: Option<[usize; 3]>,
     sigma_velocity: Option<[usize; 3]>,
     sigma_speed: Option<usize>,
@@ -68,7 +68,7 @@ impl GpsPlaces {
         })
     }
 
-    /// The fix in a row that arrived at `time`, as the file states it; `None` where the row has no position.
+    /// The fix in a row that arrived at `time`, as the file states it; `None` if the row has no position.
     pub fn fix(&self, time: Time, fields: &Fields<'_>) -> Result<Option<StatedFix>, LogError> {
         let mapping = &self.mapping;
         let [latitude, longitude, height] = self.place;
@@ -140,7 +140,7 @@ impl GpsPlaces {
         Ok([scaled(position, to[0]), scaled(velocity, to[1])])
     }
 
-    /// Latitude and longitude with the signs given by their letters; `None` where a letter is missing.
+    /// Latitude and longitude with the signs given by their letters; `None` if a letter is missing.
     fn signed(&self, fields: &Fields<'_>, place: [f64; 2]) -> Result<Option<[f64; 2]>, LogError> {
         const LETTERS: [([u8; 2], &str); 2] = [([b'N', b'S'], "N or S"), ([b'E', b'W'], "E or W")];
         let mut signed = place;

@@ -48,7 +48,7 @@ impl Delimiter {
         };
         let (mut start, mut quoted) = (0, false);
         for (at, &found) in line.iter().enumerate() {
-            // A quote within a field is of seconds of arc.
+            // A quote inside a field means seconds of arc.
             quoted ^= found == b'"' && line[start..=at].trim_ascii_start().starts_with(b"\"");
             if found == byte && !quoted {
                 fields.push(unquoted(&line[start..at]));
@@ -72,7 +72,7 @@ pub(crate) struct Layout {
     pub decimal_comma: bool,
     /// Line number of the names, from 1; 0 in a file without names.
     pub header_line: u64,
-    /// The names, or the columns' numbers from 1.
+    /// Names of the columns; without names, their numbers from 1.
     pub names: Vec<String>,
     /// Text in each column between the names and the first row, such as units.
     pub below_names: Vec<String>,
@@ -95,7 +95,7 @@ pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
     text[marks..].trim_ascii_start()
 }
 
-/// Whether `field` can be part of a row: a number, a time or empty.
+/// Whether `field` can be part of a row: a number, a time, or an empty field.
 fn is_value(field: &[u8], comma: bool) -> bool {
     number(field, comma).is_some()
         || field.first().is_some_and(u8::is_ascii_digit)
@@ -111,7 +111,7 @@ impl Layout {
     /// Determines the layout of `path` from its first lines.
     ///
     /// # Errors
-    /// [`LogError`] where the file cannot be read or contains no columns of numbers.
+    /// [`LogError`] if the file cannot be read or contains no columns of numbers.
     pub fn of(path: &Path) -> Result<Self, LogError> {
         let mut lines = Lines::open(path)?;
         let mut head: Vec<Vec<u8>> = Vec::new();
@@ -126,7 +126,8 @@ impl Layout {
             (Delimiter::Tab, true),
             (Delimiter::Tab, false),
             (Delimiter::Comma, false),
-            // Only for numbers in quotes; otherwise a decimal comma would separate fields.
+            // A decimal comma with the delimiter comma is only for numbers in quotes; otherwise it would separate
+            // fields.
             (Delimiter::Comma, true),
             (Delimiter::Spaces, true),
             (Delimiter::Spaces, false),
@@ -180,12 +181,13 @@ impl Layout {
         layout.find_names(&head[..first], width, is_open);
         let commas = head.iter().flatten().filter(|byte| **byte == b',').count();
         let score = rows.len() * width;
-        // A decimal comma without a comma in the file explains nothing.
+        // Without a comma in the file, the assumption of a decimal comma explains nothing.
         (!comma || commas > 0).then_some((score, layout))
     }
 
     /// Looks for names above the rows: the first line with the same number of fields that is not a row. It may be a
-    /// comment if no other line has names. `is_open` where every row ends with a delimiter, which the names may lack.
+    /// comment if no other line has names. `is_open` means that every row ends with a delimiter, which the line of
+    /// names may lack.
     fn find_names(&mut self, above: &[Vec<u8>], width: usize, is_open: bool) {
         let mut found: Vec<(u64, bool, Vec<String>)> = Vec::new();
         for (number, line) in (1..).zip(above) {

@@ -1,4 +1,4 @@
-//! Reads a text file line by line, with the memory of one line.
+//! Reads a text file line by line, with memory for one line.
 
 use std::fs::File;
 use std::io::{BufRead as _, BufReader};
@@ -33,8 +33,8 @@ impl Lines {
         Ok(Self { path: path.to_path_buf(), reader, line: Vec::new(), number: 0, unwritten: None })
     }
 
-    /// The next line without its line end and without a byte order mark; `None` at the end of the file. Zero bytes are
-    /// of storage that was reserved but not written: a line is skipped if they are before other bytes of it.
+    /// The next line without its line end and without a byte order mark; `None` at the end of the file. Zero bytes come
+    /// from storage that was reserved but not written. A line is skipped if it has other bytes after zero bytes.
     ///
     /// # Errors
     /// [`LogError::Io`]; [`LogError::Unusable`] for a line that is too long.
@@ -69,8 +69,8 @@ impl Lines {
         Ok(Some(&self.line))
     }
 
-    /// Reads a line without its zero bytes, up to the longest one. Returns their number, and whether they are only at
-    /// its end.
+    /// Reads a line without its zero bytes, up to the largest accepted length. Returns the number of zero bytes, and
+    /// whether they are only at the end of the line.
     fn read(&mut self) -> Result<(u64, bool), LogError> {
         let (mut zeros, mut is_whole) = (0, true);
         loop {
@@ -85,7 +85,7 @@ impl Lines {
                 self.line.extend_from_slice(&run[..run.len().min(room)]);
                 zeros += 1;
             }
-            // Each run but the first follows a zero.
+            // Each run of bytes, except the first, follows a zero.
             zeros -= 1;
             self.reader.consume(length);
             if length == 0 || end.is_some() || self.line.len() >= LONGEST_LINE {
@@ -94,7 +94,7 @@ impl Lines {
         }
     }
 
-    /// Line and number of the zero bytes for which lines have been skipped.
+    /// Line of the first skipped zero bytes, and their number.
     pub fn unwritten(&self) -> Option<(u64, u64)> {
         self.unwritten
     }

@@ -32,7 +32,7 @@ pub struct TableMapping {
     /// Path of the file, relative to the directory of the mapping.
     pub file: PathBuf,
     /// Whether the file is a capture of a receiver, NMEA 0183, UBX or TSIP, instead of text in columns. Its times are
-    /// UTC since 1970; of the other keys only `offset_s` under `[table.time]` has an effect.
+    /// UTC since 1970. Of the other keys, only `offset_s` under `[table.time]` has an effect.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub capture: bool,
     /// Separator of the fields.
@@ -41,7 +41,7 @@ pub struct TableMapping {
     pub decimal_comma: bool,
     /// Line number of the names, from 1. 0 for a file without names, whose columns are numbered from 1.
     pub header_line: u64,
-    /// Column of the number of the sensor, in a file with rows of several.
+    /// Column with the number of the sensor, if the file has rows of several sensors.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub instance_column: String,
     /// Number of the sensor whose rows are read.
@@ -81,15 +81,16 @@ pub struct TableMapping {
 pub struct TimeColumn {
     /// Column of the time; without one, rows are `1 / rate_hz` apart.
     pub column: String,
-    /// Unit of the time. `filetime` and `ticks`: 100 ns since 1601 and since the year 1. `clock`: dates and times of day; `hhmmss`: times of day as one number, as in NMEA 0183.
+    /// Unit of the time. `filetime` and `ticks`: 100 ns since 1601 and since the year 1. `clock`: dates and times of
+    /// day. `hhmmss`: times of day as one number, as in NMEA 0183.
     pub unit: TimeUnit,
-    /// Column of the date of the time of day, as ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025.
+    /// Column of the date that belongs to the time of day, as ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub date: String,
-    /// Column of the GPS week of the time, counted from 6 January 1980; with `scale = "gps"`.
+    /// Column of the GPS week that belongs to the time, counted from 6 January 1980; with `scale = "gps"`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub week: String,
-    /// Time scale: `own`, the logger's clock or UTC since 1970, or `gps`, GPS time since 6 January 1980, which is
+    /// Time scale. `own`: the logger's clock, or UTC since 1970. `gps`: GPS time since 6 January 1980, which is
     /// converted to UTC with leap seconds.
     #[serde(skip_serializing_if = "TimeScale::is_own")]
     pub scale: TimeScale,
@@ -108,7 +109,7 @@ pub struct Triad<U> {
     pub columns: [String; 3],
     /// Unit of the values.
     pub unit: U,
-    /// Sensor axes that point forward, right and down; `-` where the axis points the opposite way.
+    /// Sensor axes that point forward, right and down; `-` if the axis points the opposite way.
     #[serde(default)]
     pub axes: Axes,
     /// Whether rows repeat the last value until there is a new one.
@@ -134,7 +135,8 @@ pub struct AttitudeColumns {
     pub quaternion: Vec<String>,
     /// Navigation axes of a quaternion: `ned` (vehicle axes forward-right-down) or `enu` (forward-left-up).
     pub world: World,
-    /// Source of the attitude: `unit` is the IMU's and is used as a measurement, `onboard` is only compared.
+    /// Source of the attitude. `unit`: the IMU; the attitude is used as a measurement. `onboard`: another estimator;
+    /// the attitude is only compared.
     pub role: AttitudeRole,
 }
 
@@ -148,10 +150,10 @@ pub struct GpsColumns {
     pub longitude: String,
     /// Unit of latitude and longitude. `ddmm`: degrees and minutes as in NMEA 0183 (4807.038 is 48° 7.038′).
     pub unit: PlaceUnit,
-    /// Column of the letters N and S, where the latitude has no sign.
+    /// Column of the letters N and S, if the latitude has no sign.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub north_south: String,
-    /// Column of the letters E and W, where the longitude has no sign.
+    /// Column of the letters E and W, if the longitude has no sign.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub east_west: String,
     /// Column of the height.
@@ -203,7 +205,7 @@ pub struct GpsColumns {
     /// Column of the one-sigma of velocity, the same on every axis.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_speed: String,
-    /// Column of the one-sigma of vertical velocity, if it differs.
+    /// Column of the one-sigma of vertical velocity, if it differs from that of horizontal velocity.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_vertical_speed: String,
     /// Columns of the one-sigma of the velocity north, east and down, instead of `sigma_speed` and
@@ -227,7 +229,7 @@ pub struct GpsColumns {
     /// Column of the number of satellites used; 0 means no fix.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub satellites: String,
-    /// Numbers in place of a latitude or longitude that mean no fix.
+    /// Numbers that mean an unknown latitude or longitude, and so no fix.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub unknown: Vec<f64>,
     /// Whether rows repeat the last fix until there is a new one.
@@ -276,7 +278,7 @@ impl Axes {
         self.0.map(|(axis, sign)| sign * values[axis])
     }
 
-    /// The same axes with every sign reversed.
+    /// The same axes with all signs reversed.
     #[must_use]
     pub fn reversed(self) -> Self {
         Self(self.0.map(|(axis, sign)| (axis, -sign)))
@@ -326,7 +328,7 @@ fn is_zero(value: &f64) -> bool {
 }
 
 impl Mapping {
-    /// The clock of the files, before any sensor has been read.
+    /// Clock of the files, before any sensor has been read.
     pub fn clock(&self) -> ClockSteps {
         let is_of_day =
             |table: &TableMapping| table.time.unit.is_of_day() && table.time.date.is_empty();
@@ -339,7 +341,7 @@ impl Mapping {
     /// Reads a mapping; the second value has one warning per unknown key.
     ///
     /// # Errors
-    /// [`LogError::Toml`] where the file cannot be read, is not TOML, or has a value of the wrong type.
+    /// [`LogError::Toml`] if the file cannot be read, is not TOML, or has a value of the wrong type.
     pub fn read(path: &Path) -> Result<(Self, Vec<String>), LogError> {
         let (mapping, unknown): (Self, _) = hovernav_toml::read(path)?;
         if mapping.table.is_empty() {

@@ -62,7 +62,7 @@ pub(crate) fn read(path: &Path) -> Result<Log, LogError> {
 /// Reads the files listed in a mapping as a trajectory, in time order; missing values are NaN.
 ///
 /// # Errors
-/// [`LogError`] where the mapping or a file cannot be read, or the files contain neither position nor attitude.
+/// [`LogError`] if the mapping or a file cannot be read, or the files contain neither position nor attitude.
 pub fn trajectory(path: &Path) -> Result<Trajectory, LogError> {
     let (file, mapping, manifest, warnings) = mapped(path)?;
     apply::trajectory(directory_of(&file), &mapping, &manifest, warnings)

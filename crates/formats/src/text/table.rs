@@ -30,7 +30,7 @@ pub(crate) struct TableColumns {
     gps: Option<GpsPlaces>,
     baro: Option<usize>,
     controls: Option<[usize; 4]>,
-    /// Last values of sensors that repeat theirs on several rows.
+    /// Last values of sensors whose value repeats on several rows.
     last_field: Option<[f64; 3]>,
     last_height: Option<f64>,
     last_motion: Option<[f64; 3]>,
@@ -49,7 +49,7 @@ pub(crate) enum Motions {
 pub(crate) struct Magnetic {
     /// Field that becomes a part of the row's inertial sample, gauss.
     pub of_unit: Option<Vector<Body>>,
-    /// Field that is a reading of its own, not a part of an inertial sample, gauss.
+    /// Field that is a separate reading, not a part of an inertial sample, gauss.
     pub apart: Option<Vector<Body>>,
 }
 
@@ -90,7 +90,7 @@ impl TableColumns {
         }
     }
 
-    /// A contradiction in the mapping of this file, if any.
+    /// Contradiction within the mapping of this file, if there is one.
     fn contradiction(&self) -> Option<String> {
         let rates = self.mapping.gyro.as_ref().map(|gyro| gyro.unit.is_increment());
         let forces = self.mapping.accel.as_ref().map(|accel| accel.unit.is_increment());
@@ -310,7 +310,7 @@ fn attitude_places(source: &Source, columns: &AttitudeColumns) -> Result<Vec<usi
     names.iter().map(|name| source.find(name)).collect()
 }
 
-/// Roll, pitch and yaw with hovernav's signs; `None` for impossible angles.
+/// Roll, pitch and yaw with hovernav's signs; `None` if the angles are impossible.
 fn euler(columns: &AttitudeColumns, angles: [f64; 3]) -> Option<EulerAngles> {
     let [roll_rad, pitch_rad, yaw_rad] = std::array::from_fn(|axis| {
         let sign = if columns.signs[axis] < 0.0 { -1.0 } else { 1.0 };

@@ -11,7 +11,7 @@ use hovernav_log::{
     ClockSteps, Dataset, FixGate, Join, LogError, Manifest, Remarks, Rows, motion_fault,
 };
 
-/// The values read so far, per sensor in file order.
+/// The values that have been read, by sensor and in file order.
 #[derive(Default)]
 pub(crate) struct Gathered {
     pub imu: Rows<ImuSample>,
@@ -19,7 +19,7 @@ pub(crate) struct Gathered {
     pub rates: Rows<(Time, [f64; 3])>,
     /// Specific force, m/s², from a file without angular rates.
     pub forces: Rows<(Time, [f64; 3])>,
-    /// Gravity, m/s², which belongs to specific force without it.
+    /// Gravity, m/s², which is added to an acceleration without it.
     pub gravity: Rows<(Time, [f64; 3])>,
     /// The IMU's attitude from a file without angular rates.
     pub attitudes: Rows<(Time, EulerAngles)>,
@@ -28,7 +28,7 @@ pub(crate) struct Gathered {
     pub magnetometer: Rows<(Time, Vector<Body>)>,
     pub controls: Rows<(Time, [f64; 4])>,
     pub onboard: Rows<OnboardMoment>,
-    /// Choices and assumptions while reading.
+    /// Choices and assumptions during reading.
     pub notes: Vec<String>,
 }
 
@@ -101,7 +101,7 @@ pub(crate) fn dataset(
     Ok((dataset, onboard))
 }
 
-/// Sorts the rows of one sensor, with its file and remarks.
+/// Sorter of the rows of one sensor, with its file and remarks.
 struct Ordering {
     path: PathBuf,
     remarks: Remarks,

@@ -104,13 +104,13 @@ units! {
         Radians = "rad", 180.0 / PI;
         /// Degrees times ten million.
         ScaledDegrees = "deg1e7", 1e-7;
-        /// Degrees and minutes in one number, ddmm.mmmm, as in NMEA 0183; the factor is that of whole degrees.
+        /// Degrees and minutes in one number, ddmm.mmmm, as in NMEA 0183; the factor is for whole degrees.
         DegreesMinutes = "ddmm", 1e-2;
     }
 }
 
 impl PlaceUnit {
-    /// `value` in degrees.
+    /// Converts `value` to degrees.
     #[must_use]
     pub fn degrees(self, value: f64) -> f64 {
         match self {
@@ -190,12 +190,12 @@ units! {
 }
 
 units! {
-    /// Units of stick positions, converted to fractions of a full stroke about trim.
+    /// Units of stick positions, converted to fractions of full travel about trim.
     StickUnit {
-        /// −1 to 1.
+        /// Fraction of full travel, −1 to 1.
         #[default]
         Fraction = "fraction", 1.0;
-        /// −100 to 100.
+        /// Percent of full travel, −100 to 100.
         Percent = "percent", 1e-2;
     }
 }

@@ -12,7 +12,7 @@ pub(super) struct Frame {
     pub message: Message,
     /// System and component of the sender.
     pub sender: (u8, u8),
-    /// Byte offset of its time.
+    /// Byte offset of the time before the frame.
     pub place: u64,
     /// Arrival time on the clock of the logging computer, s since 1970.
     pub stamp_s: f64,
@@ -50,16 +50,18 @@ pub(super) struct Damages {
     pub cut_off: Option<u64>,
 }
 
-/// Length of a time, bytes.
+/// Length of the time before a frame, bytes.
 const STAMP: usize = 8;
+/// First byte of a MAVLink 1 frame.
 const MAVLINK_1: u8 = 0xFE;
+/// First byte of a MAVLink 2 frame.
 const MAVLINK_2: u8 = 0xFD;
-/// Largest length of time and frame, bytes: a signed frame with a payload of 255 bytes.
+/// Largest length of a time and its frame, bytes: a signed frame with a payload of 255 bytes.
 const LONGEST: usize = STAMP + 10 + 255 + 2 + 13;
 
 const CRC: crc::Crc<u16> = crc::Crc::<u16>::new(&crc::CRC_16_MCRF4XX);
 
-/// Passes each frame of the log whose message is read to `take`.
+/// Passes each frame whose message is read to `take`, and returns the damage.
 pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(&Frame)) -> io::Result<Damages> {
     let mut damages = Damages::default();
     loop {
@@ -103,13 +105,13 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(&Frame)) -> io::
     }
 }
 
-/// Offsets of the parts of a time and a frame.
+/// Offsets within a time and its frame.
 struct Layout {
     number: u32,
     sender: (u8, u8),
     /// Start and end of the payload.
     payload: (usize, usize),
-    /// Length of time and frame, bytes.
+    /// Length of the time and the frame, bytes.
     length: usize,
 }
 

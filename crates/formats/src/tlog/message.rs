@@ -6,7 +6,7 @@
 use crate::primitive::Primitive::{self, F32, I16, I32, U8, U16, U32, U64};
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
-/// A message that is read.
+/// A type of message that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Message {
     SystemTime,

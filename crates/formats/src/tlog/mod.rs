@@ -107,7 +107,7 @@ impl Survey {
         }
     }
 
-    /// The sensors to read; an error message where the wanted instance is missing.
+    /// Chooses the sensors to read; an error message if the wanted instance is missing.
     fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
         let mut by_sender: BTreeMap<(u8, u8), usize> = BTreeMap::new();
         for (&(sender, _), tally) in &self.counts {

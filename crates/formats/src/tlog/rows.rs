@@ -1,4 +1,4 @@
-//! Converts messages to samples, fixes and moments.
+//! Converts messages to samples, fixes and moments of the onboard estimator.
 
 use super::frames::Frame;
 use super::message::Message;
@@ -21,7 +21,7 @@ pub(super) struct Rows {
     pub imu: Option<Message>,
     pub gps: Option<Message>,
     pub rangefinder: Option<Message>,
-    /// Latency from a fix to its message, s.
+    /// Time from the validity of a fix to its message, s.
     pub latency_s: f64,
     /// Number of fixes whose only height is above mean sea level.
     pub without_ellipsoid: usize,
@@ -34,7 +34,7 @@ pub(super) struct Rows {
     pub last_fix: Option<Time>,
 }
 
-/// Clock value above which the clock counts from 1970, s: no autopilot runs for 30 years.
+/// Clock value, s, above which the clock counts from 1970: no autopilot runs for 30 years.
 const SINCE_1970_S: f64 = 1e9;
 /// MAVLink's value for an unknown speed, 65535 cm/s.
 const UNKNOWN_SPEED_MPS: f64 = 655.35;
@@ -135,7 +135,7 @@ impl Rows {
         let &[ellipsoid_m, horizontal_m, vertical_m, speed_sigma, yaw_deg, ..] = more else {
             return;
         };
-        // Zero is an unknown yaw; north is 360.
+        // Yaw 0 means unknown; north is 360.
         if yaw_deg > 0.0 && yaw_deg <= 360.0 {
             let time = time.offset_by(-self.latency_s);
             to.heading(place, AntennaHeading::new(time, yaw_deg.to_radians(), None));
@@ -165,10 +165,11 @@ impl Rows {
     }
 }
 
-/// MAVLink's orientation of a downward sensor, and its value for an unknown variance, cm².
+/// MAVLink's orientation of a downward sensor.
 const DOWNWARD: f64 = 25.0;
+/// MAVLink's value for an unknown variance, cm².
 const UNKNOWN_VARIANCE: f64 = 255.0;
-/// Quality of an invalid reading; 0 is an unknown quality.
+/// Quality of an invalid reading; 0 means an unknown quality.
 const INVALID: f64 = 0.01;
 
 fn distance(message: Message, row: &[f64], time: Time, place: u64, to: &mut Assembly) {

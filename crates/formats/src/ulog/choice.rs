@@ -23,7 +23,7 @@ impl Choice {
     /// preferred. An instance in `options` is first looked up in the topics of single sensors.
     ///
     /// # Errors
-    /// [`LogError::Unusable`] where the log has no such instance.
+    /// [`LogError::Unusable`] if the log has no such instance.
     pub fn of(
         survey: &Survey,
         options: &Options,
@@ -60,7 +60,7 @@ impl Choice {
         let gps = chosen("GPS", &[Topic::VehicleGps, Topic::SensorGps], ("--gps", options.gps))?;
         let baro =
             chosen("barometer", &[Topic::AirData, Topic::SensorBaro], ("--baro", options.baro))?;
-        // The topics of single magnetometers are not in body axes.
+        // The topics of single magnetometers are not in body axes, so they are not used.
         let magnetometer =
             chosen("magnetometer", &[Topic::Magnetometer], ("--mag", options.magnetometer))?;
         let rangefinder = chosen("rangefinder", &[Topic::Distance], ("", None))?;

@@ -29,7 +29,7 @@ fn primitive(name: &str) -> Option<Primitive> {
 }
 
 impl Cell {
-    /// The number in `body`; NaN where `body` is too short.
+    /// The number in `body`; NaN if `body` is too short.
     pub fn number(self, body: &[u8]) -> f64 {
         self.kind.number(body, self.offset)
     }
@@ -74,8 +74,8 @@ impl Definitions {
         true
     }
 
-    /// Offset and type of each `wanted` field of the message `name`; an element of an array is written `field[2]`.
-    /// The inner value is `None` for a missing field, the outer for an undefined message.
+    /// Offset and type of each `wanted` field of the message `name`. An element of an array is written `field[2]`. The
+    /// inner value is `None` for a missing field, the outer value for an undefined message.
     pub fn cells(&self, name: &str, wanted: &[&str]) -> Option<Vec<Option<Cell>>> {
         let mut cells = vec![None; wanted.len()];
         let mut offset = 0;

@@ -1,4 +1,4 @@
-//! Innovations of PX4's estimator, logged with or before their variances.
+//! Innovations of PX4's estimator. The log has them together with their variances, or before them.
 //!
 //! # Source
 //! PX4, `msg/EstimatorInnovations.msg` and `ekf2_innovations.msg`; EKF2's innovation is prediction minus
@@ -9,7 +9,7 @@ use crate::onboard::OnboardInnovation;
 use hovernav::ekf::Channel;
 use hovernav::time::Time;
 
-/// The order of the topics' columns.
+/// Channels in the order of the topics' columns.
 const CHANNELS: [Channel; 8] = [
     Channel::PositionNorth,
     Channel::PositionEast,
@@ -43,7 +43,7 @@ impl Innovations {
         }
     }
 
-    /// Reads a row with both, from old logs, which have no barometer innovation.
+    /// Reads a row with innovations and variances, from old logs, which have no barometer innovation.
     pub fn old(time: Time, row: &[f64], to: &mut Assembly) {
         let Some((sizes, variances)) = row.split_at_checked(7) else { return };
         let with_baro = |row: &[f64]| -> Vec<f64> {
@@ -65,7 +65,7 @@ impl Innovations {
 
 fn say(time: Time, sizes: &[f64], variances: &[f64], to: &mut Assembly) {
     for ((channel, size), variance) in CHANNELS.into_iter().zip(sizes).zip(variances) {
-        // Prediction minus measurement downwards is measurement minus prediction upwards.
+        // PX4's downward prediction minus measurement equals the upward measurement minus prediction.
         let innovation = if channel == Channel::BaroHeight { *size } else { -size };
         let sigma = Some(variance.sqrt());
         to.innovation(OnboardInnovation { time, channel, innovation, sigma });

@@ -12,7 +12,7 @@ const MOTORS: usize = 8;
 /// The state between rows.
 #[derive(Debug, Default)]
 pub(super) struct Inputs {
-    /// Share of each motor in roll, pitch, throttle and yaw; empty without the geometry of the rotors.
+    /// Contributions of each motor to roll, pitch, throttle and yaw; empty without the geometry of the rotors.
     mixer: Vec<[f64; 4]>,
     /// The last thrust upwards; its topic is separate from that of the torques.
     thrust: f64,
@@ -35,7 +35,7 @@ impl Inputs {
             return Self::default();
         }
         for axis in 0..4 {
-            // Full deflection of an axis is one motor at full thrust and its opposite at zero.
+            // Full deflection of an axis means one motor at full thrust and its opposite at zero.
             let part = if axis == 2 { 1.0 } else { 0.5 };
             let total: f64 = mixer.iter().map(|shares| shares[axis].abs()).sum();
             let scale = if total > 0.0 { (part * total).recip() } else { 0.0 };
@@ -47,7 +47,7 @@ impl Inputs {
     /// Reads a row without its time.
     pub fn take(&mut self, topic: Topic, time: Time, row: &[f64], place: u64, to: &mut Assembly) {
         let &[x, y, z, fourth, ..] = row else { return };
-        // Nose up is positive in PX4, forward stick here; thrust is positive downwards.
+        // PX4 counts nose up as positive, hovernav the forward stick. PX4's thrust is positive downwards.
         let inputs = match topic {
             Topic::Thrust => {
                 self.thrust = -z;
@@ -91,7 +91,7 @@ mod tests {
         let near = |found: [f64; 4], expected: [f64; 4]| {
             found.iter().zip(expected).all(|(one, other): (&f64, f64)| (one - other).abs() < 1e-12)
         };
-        // Front right, rear left, front left, rear right.
+        // The motors are front right, rear left, front left, rear right.
         assert!(near(of([0.4, 0.6, 0.6, 0.4]), [0.2, 0.0, 0.5, 0.0]));
         assert!(near(of([0.6, 0.4, 0.6, 0.4]), [0.0, 0.2, 0.5, 0.0]));
         assert!(near(of([0.6, 0.6, 0.4, 0.4]), [0.0, 0.0, 0.5, 0.2]));

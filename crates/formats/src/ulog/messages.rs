@@ -15,7 +15,7 @@ pub(super) struct Message<'a> {
     pub body: &'a [u8],
 }
 
-/// Reads the messages of a file, also of a damaged one.
+/// Reader of the messages of a file, also of a damaged one.
 pub(super) struct Messages<'w> {
     window: Window<'w>,
     /// Offsets of appended data, ascending.
@@ -32,15 +32,15 @@ pub(super) struct Messages<'w> {
 const HEADER: usize = 16;
 /// Length of a message header, bytes: size and type.
 const HEAD: usize = 3;
-/// Types of messages.
+/// Valid types of messages.
 const KINDS: &[u8] = b"BFIMPQARDLCSO";
 /// Number of consecutive valid messages that end a search after damage.
 const CHAIN: usize = 4;
-/// Bytes searched at a time after damage, enough for that number of ordinary messages.
+/// Bytes searched at a time after damage, enough for [`CHAIN`] ordinary messages.
 const LOOKAHEAD: usize = 1 << 16;
 
 impl<'w> Messages<'w> {
-    /// The messages of `window`, which is at the start of the file. `None` where the file header is incomplete.
+    /// The messages of `window`, which is at the start of the file. `None` if the file header is incomplete.
     pub fn new(mut window: Window<'w>) -> io::Result<Option<Self>> {
         let header = window.peek(HEADER)?;
         let Some(clock) = header.get(8..HEADER).and_then(|clock| clock.first_chunk()) else {
@@ -103,7 +103,7 @@ impl<'w> Messages<'w> {
 
     /// Reads the offsets of appended data from a flag message.
     fn flags(&mut self, length: usize) -> io::Result<()> {
-        // Eight bytes of compatible flags, eight of incompatible ones, three offsets.
+        // The body has eight bytes of compatible flags, eight of incompatible ones, and three offsets.
         let offset = self.window.offset();
         let body = &self.window.peek(length)?[HEAD..length];
         let is_appended = body.get(8).is_some_and(|flags| flags & 1 == 1);
@@ -138,7 +138,7 @@ impl<'w> Messages<'w> {
     }
 }
 
-/// Whether `bytes` begin with a sequence of valid messages; `is_whole` where they reach the end of the file.
+/// Whether `bytes` begin with a sequence of valid messages. `is_whole` means that `bytes` reach the end of the file.
 fn is_chain(mut bytes: &[u8], is_whole: bool) -> bool {
     for _ in 0..CHAIN {
         let Some(&[low, high, kind]) = bytes.first_chunk::<HEAD>() else {

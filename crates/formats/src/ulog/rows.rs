@@ -1,4 +1,4 @@
-//! Converts the rows of each topic to samples, fixes and moments.
+//! Converts the rows of each topic to samples, fixes and moments of the onboard estimator.
 
 use super::innovations::Innovations;
 use super::inputs::Inputs;
@@ -21,21 +21,22 @@ use hovernav_log::{Dimensions, StatedFix, pressure_altitude_m};
 pub(super) struct Rows {
     /// Clock at the start of the log, µs.
     pub start_us: f64,
-    /// Latency from a fix to its message, s.
+    /// Time from the validity of a fix to its message, s.
     pub latency_s: f64,
     /// Whether the log has separate topics for magnetometer and barometer.
     pub has_magnetometer: bool,
     pub has_baro: bool,
     /// Whether the log has onboard positions as latitude and longitude.
     pub has_global_position: bool,
-    /// Controllers' outputs, and the mixer of the motors.
+    /// Outputs of the controllers, and the mixer of the motors.
     pub inputs: Inputs,
     /// Innovations whose variances have not arrived yet.
     pub innovations: Innovations,
-    /// Share of the time that the intervals of integrated samples cover.
+    /// Fraction of the time that the intervals of integrated samples cover.
     pub integrals: Integrals,
-    /// Samples in which an accelerometer or a gyro clipped.
+    /// Samples in which an accelerometer clipped.
     pub accel_clipping: Clipping,
+    /// Samples in which a gyro clipped.
     pub gyro_clipping: Clipping,
     /// Number of fixes whose only height is above mean sea level.
     pub without_ellipsoid: usize,
@@ -47,7 +48,7 @@ pub(super) struct Rows {
     last_baro: Option<Time>,
 }
 
-/// Samples at full scale: number per axis, first and last time.
+/// Samples at full scale: number by axis, first and last time.
 #[derive(Debug, Default)]
 pub(super) struct Clipping {
     pub samples: [usize; 3],
@@ -73,12 +74,13 @@ fn marks(accel_bits: f64, gyro_bits: f64) -> ClippedAxes {
     ClippedAxes { gyro: axes(gyro_bits), accel: axes(accel_bits) }
 }
 
-/// `new`, in degrees or metres. Logs from before 2024 lack it and have `old`, an integer in multiples of `unit`.
+/// The value `new`, in degrees or metres. Logs from before 2024 lack it and have `old`, an integer in multiples of
+/// `unit`.
 fn or(new: f64, old: f64, unit: f64) -> f64 {
     if new.is_nan() { old * unit } else { new }
 }
 
-/// Latitude and longitude, degrees, of the columns of a receiver's topic.
+/// Latitude and longitude, degrees, from the columns of a receiver's topic.
 pub(super) fn place_deg(row: &[f64]) -> [f64; 2] {
     [or(row[5], row[1], 1e-7), or(row[6], row[2], 1e-7)]
 }
@@ -151,13 +153,13 @@ impl Rows {
         }
     }
 
-    /// The time since the start of the log, from the clock value.
+    /// The time since the start of the log at the clock value `clock_us`.
     fn time(&self, clock_us: f64) -> Option<Time> {
         // The clock counts whole microseconds; an f64 of seconds resolves them.
         Time::try_from_seconds((clock_us - self.start_us) / 1e6)
     }
 
-    /// The time of the sample if the log has it, else of the message.
+    /// The time of the sample if the log has it, otherwise that of the message.
     fn sampled(&self, message_us: f64, sample_us: f64) -> Option<Time> {
         self.time(if sample_us > 0.0 { sample_us } else { message_us })
     }
@@ -181,7 +183,7 @@ impl Rows {
         if accel_relative.abs() >= UNKNOWN_RELATIVE_US {
             return to.skip_imu(place, "skipped: the specific force is missing");
         }
-        // Microseconds; seconds in logs from before 2017.
+        // The interval is in microseconds; in logs from before 2017 it is in seconds.
         self.integrals.sample(time, if gyro_dt > 1.0 { gyro_dt / 1e6 } else { gyro_dt });
         self.accel_clipping.count(accel_bits, time);
         self.gyro_clipping.count(gyro_bits, time);
@@ -234,7 +236,7 @@ impl Rows {
         self.integrals.sample(time, angle_dt / 1e6);
         self.accel_clipping.count(accel_bits, time);
         self.gyro_clipping.count(gyro_bits, time);
-        // Converted to mean rates, because gyro and accelerometer may integrate over different times.
+        // Increments are converted to mean rates, because gyro and accelerometer may integrate over different times.
         let motion = Motion::Rates {
             angular_rate_radps: Vector::new(p, q, r) * (1e6 / angle_dt),
             specific_force_mps2: Vector::new(x, y, z) * (1e6 / velocity_dt),
@@ -253,7 +255,7 @@ impl Rows {
         let &[eph, epv, speed_sigma, fix_type, satellites, utc_us, ref antennas @ ..] = rest else {
             return;
         };
-        // Heading of the vehicle: PX4 has already subtracted the direction of the antenna baseline.
+        // The heading is that of the vehicle: PX4 has already subtracted the direction of the antenna baseline.
         if let (Some(time), &[heading_rad, sigma_rad, ..]) = (self.time(t), antennas)
             && heading_rad.is_finite()
         {
@@ -292,7 +294,7 @@ impl Rows {
             return;
         };
         let Some(time) = self.time(t).filter(|_| orientation == DOWNWARD) else { return };
-        // A quality of −1 is unknown. Readings outside the sensor's own limits have quality 0.
+        // A quality of −1 means unknown. Readings outside the sensor's own limits have quality 0.
         let within = !(range_m < least_m || range_m > most_m);
         let quality = if within { Some(percent / 100.0) } else { Some(0.0) };
         to.range(place, RangeReading { time, range_m, sigma_m: Some(variance.sqrt()), quality });
@@ -301,7 +303,8 @@ impl Rows {
     fn sticks(&self, row: &[f64], place: u64, to: &mut Assembly) {
         let &[t, roll, pitch, throttle, yaw, y, x, z, r, ..] = row else { return };
         let Some(time) = self.time(t) else { return };
-        // Forward stick is positive `x` in old logs and positive `pitch` in new ones; old throttle is 0 to 1.
+        // The forward stick is positive `x` in old logs and positive `pitch` in new ones. The throttle of old logs is 0
+        // to 1.
         let or = |new: f64, old: f64| if new.is_nan() { old } else { new };
         let throttle = or(throttle, 2.0 * z - 1.0);
         let sticks = [or(roll, y), or(pitch, x), throttle, or(yaw, r)];

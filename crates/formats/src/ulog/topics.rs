@@ -12,7 +12,7 @@ pub(super) enum Topic {
     SensorBaro,
     Distance,
     Sticks,
-    /// Outputs of the rate controller to the mixer, and since 2022 their successors.
+    /// Outputs of the rate controller to the mixer, and since 2022 the topics that replace them.
     RateControls,
     Torque,
     Thrust,

@@ -1,6 +1,6 @@
 //! The page and the schemas of `dataset.toml`, `fly.toml` and `mapping.toml` match the types that read these files.
 //!
-//! With `HOVERNAV_WRITE_CONFIGURATION` set, the files are written instead of compared.
+//! If `HOVERNAV_WRITE_CONFIGURATION` is set, the test writes the files instead of comparing them.
 
 mod source;
 mod walk;
@@ -100,7 +100,7 @@ fn defaults() -> Defaults {
     defaults
 }
 
-/// The keys of a file and its schema.
+/// The keys of a file, and its schema.
 fn keys_of(name: &str) -> (Vec<Key>, Json) {
     let (types, defaults) = (source::types(), defaults());
     let mut walk = Walk { types: &types, defaults: &defaults, keys: Vec::new() };
@@ -216,7 +216,7 @@ fn every_key_is_on_the_page() {
         for key in keys {
             let parts = key.split('.').map(|p| if channels.contains(&p) { "‹channel›" } else { p });
             let general = parts.collect::<Vec<_>>().join(".");
-            // Names of channels are also names of controls.
+            // A name of a channel may also be the name of a control.
             let is_listed = listed.contains(&key)
                 || listed.contains(&general)
                 || listed.iter().any(|known| general.starts_with(&format!("{known}.")))

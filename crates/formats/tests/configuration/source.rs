@@ -1,10 +1,10 @@
-//! Parses the source of the types that settings are read into.
+//! Parses the source code of the types into which settings are read.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// A field of a structure, a key of a file.
+/// A field of a structure: a key of a file.
 #[derive(Clone, Debug)]
 pub struct Field {
     pub key: String,
@@ -32,7 +32,7 @@ const MACROS: [&str; 3] = ["settings", "switches", "units"];
 /// Types by name.
 pub type Types = BTreeMap<String, Type>;
 
-/// Source files of the types; of two types with the same name, the first is used.
+/// Source files of the types. If two types have the same name, the first is used.
 const PLACES: &[&str] = &[
     "crates/log/src/manifest.rs",
     "crates/record/src/setup",
@@ -48,7 +48,7 @@ const PLACES: &[&str] = &[
     "src/flight_control",
 ];
 
-/// Every structure and enumeration of those files.
+/// All structures and enumerations of those files.
 pub fn types() -> Types {
     let mut types = Types::new();
     for place in PLACES {

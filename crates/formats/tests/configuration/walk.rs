@@ -11,20 +11,20 @@ use super::source::{Field, Type, Types};
 pub struct Key {
     /// Name with its sections, as in `imu.lever_arm_m`.
     pub path: String,
-    /// Description of the type of its value.
+    /// Description of the type of the key's value.
     pub kind: String,
     /// Default in TOML; empty without a default.
     pub default: String,
     pub doc: String,
 }
 
-/// Fields that are plain tables in their structure, with the type of their keys; and fields that are not on the
-/// page.
+/// Fields that are plain tables in their structure, with the type of their keys.
 const TABLES: &[(&str, &str)] = &[
     ("Manifest.alignment", "AlignmentConfig"),
     ("Manifest.aiding", "Aiding"),
     ("Manifest.filter", "EkfConfig"),
 ];
+/// Fields that are not on the page.
 const NOT_COMPARED: &[&str] = &["AutopilotSection.flown"];
 
 /// Default values of types, by name.
@@ -98,7 +98,7 @@ impl Walk<'_> {
         }
     }
 
-    /// One value per channel.
+    /// Schema of a structure with one value per channel.
     fn channels(&mut self, of: &str, path: &str, owner: &str, field: &Field) -> Json {
         let inner = Field { kind: of.to_owned(), ..field.clone() };
         let path = format!("{path}.‹channel›");
@@ -110,7 +110,7 @@ impl Walk<'_> {
             "properties": properties})
     }
 
-    /// The pilot's pulses: one of two alternative sections.
+    /// Schema of the pilot's pulses: one of two alternative sections.
     fn capture(&mut self, path: &str, field: &Field) -> Json {
         let serial = self.structure("LineSection", &format!("{path}.serial."), "");
         let chip = Field {

@@ -68,7 +68,7 @@ fn gps_raw(ms: u32, yaw: u16) -> Vec<u8> {
     payload
 }
 
-/// Downward, 20 cm to 40 m, one-sigma 5 cm.
+/// Message of a rangefinder that looks down: range 20 cm to 40 m, one-sigma 5 cm.
 fn distance(ms: u32, centimetres: u16, quality: u8) -> Vec<u8> {
     let mut payload = vec![0; 39];
     payload[..4].copy_from_slice(&ms.to_le_bytes());

@@ -21,7 +21,7 @@ pub struct Row {
     pub height_m: f64,
 }
 
-/// Samples at rest at these times, and fixes, in the order of the file: a fix follows the sample before it.
+/// Samples at rest at the times `samples_s`, and fixes, in the order of the file: a fix follows the sample before it.
 #[derive(Clone, Debug, Default)]
 pub struct Flight {
     pub samples_s: Vec<f64>,
@@ -42,7 +42,7 @@ impl Flight {
         Self { samples_s, fixes: fixes.collect() }
     }
 
-    /// Samples and fixes in the order of the file.
+    /// Passes samples and fixes to `sample` and `fix`, in the order of the file.
     fn each(&self, mut sample: impl FnMut(f64), mut fix: impl FnMut(&Row)) {
         let every = self.samples_s.len() / self.fixes.len().max(1);
         for (index, &time_s) in self.samples_s.iter().enumerate() {
@@ -72,7 +72,7 @@ impl Written {
 /// Formats of [`written`].
 pub const FORMATS: [&str; 6] = ["dataset", "text", "dataflash", "ulog", "tlog", "mcap"];
 
-/// `flight` in the format of this name.
+/// Writes `flight` in the format of this name.
 pub fn written(flight: &Flight, format: &'static str) -> Written {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(match format {
@@ -90,7 +90,7 @@ pub fn written(flight: &Flight, format: &'static str) -> Written {
     Written { _folder: folder, format, path }
 }
 
-/// Writes `imu.csv` and `gps.csv` to `folder`, with these names of the times and of the accelerations.
+/// Writes `imu.csv` and `gps.csv` to `folder`; `time` and `accelerations` are the names of those columns.
 pub fn tables(flight: &Flight, folder: &Path, time: &str, accelerations: &str) -> [PathBuf; 2] {
     let mut imu = format!("{time},gyro_x_radps,gyro_y_radps,gyro_z_radps,{accelerations}\n");
     let mut gps = format!("{time},lat_deg,lon_deg,height_m,fix_type\n");
@@ -200,7 +200,7 @@ fn tlog(flight: &Flight) -> Vec<u8> {
             {
                 payload[at..at + 4].copy_from_slice(&(value as i32).to_le_bytes());
             }
-            // Course and speed unknown.
+            // Course and speed are unknown.
             payload[24..28].fill(0xFF);
             payload[28..30].copy_from_slice(&[if row.has_fix { 3 } else { 1 }, 12]);
             log.borrow_mut().extend(frame(stamp(row.time_s), 0, 24, 24, &payload));

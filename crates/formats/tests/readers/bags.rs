@@ -1,4 +1,4 @@
-//! ROS 2 bags as they are found: without metadata, packed, cut off, damaged, and with a clock that steps.
+//! ROS 2 bags as users have them: without metadata, packed, cut off, damaged, and with a clock that steps.
 
 use std::fs;
 use std::path::Path;
@@ -35,7 +35,7 @@ fn plain(flight: &Flight, after: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
     for (kind, body) in records(&chunked[8..]) {
         match kind {
             1 => bytes.extend(record(1, body)),
-            // Times, sizes and the name of no compression precede the records.
+            // Times, sizes and the empty name of the compression precede the records.
             6 => {
                 for (kind, body) in records(&body[40..]) {
                     bytes.extend(record(kind, body));
@@ -103,7 +103,7 @@ fn a_directory_with_one_log_is_named_with_it() {
     assert!(error.contains("expected its log") && error.contains("flight.ulg"), "{error}");
 }
 
-/// The log in a packed file of these bytes.
+/// Reads the log in a packed file of these bytes.
 fn unpacked(folder: &Path, packed: &[u8]) -> Dataset {
     let path = folder.join("flight.mcap.zstd");
     fs::write(&path, packed).unwrap();
@@ -144,7 +144,7 @@ fn garbage_between_records_costs_only_itself() {
         assert!(dataset.imu.len() >= 998, "{} {:?}", dataset.imu.len(), dataset.warnings);
         assert!(warns(&dataset, &format!("damaged at byte {at}")), "{:?}", dataset.warnings);
         assert!(warns(&dataset, "bytes skipped up to the next record"), "{:?}", dataset.warnings);
-        // Written over records.
+        // The garbage replaces records.
         let after = &bytes[(at + garbage.len()).min(bytes.len())..];
         let dataset = read(&[&bytes[..at], &garbage, after].concat());
         assert!(dataset.imu.len() >= 970, "{} {:?}", dataset.imu.len(), dataset.warnings);

@@ -1,5 +1,4 @@
-//! Damaged files of every format, as `.ci/more` runs them: neither a panic nor a hang nor a wrong position without a
-//! word.
+//! Damaged files of every format, as `.ci/more` runs them: no panic, no hang, and no wrong position without a warning.
 //!
 //! `HOVERNAV_MUTATIONS` is the number of damaged files, 20 000 by default.
 
@@ -17,9 +16,9 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use crate::alike::{FORMATS, Flight, written};
 use crate::faults::{gga, pvt};
 
-/// Longest time for one file of 20 s of flight, s. A file takes some milliseconds.
+/// Longest time for one file, s. It contains 20 s of flight, and takes some milliseconds.
 const LONGEST_S: u64 = 20;
-/// Largest error of a position, m: the flight is 3 m long, and a drift without fixes is known to the filter.
+/// Largest error of a position, m. The flight is 3 m long, and the filter's one-sigma covers a drift without fixes.
 const LARGEST_ERROR_M: f64 = 50.0;
 const LARGEST_SIGMA_M: f64 = 10.0;
 /// Largest memory of all readers, kB.
@@ -29,10 +28,10 @@ const MOST_MEMORY_KB: u64 = 500_000;
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Outcome {
     Refused,
-    /// Read as the whole file is, with the same warnings.
+    /// The file was read like the undamaged file, with the same warnings.
     Unnoticed,
     Warned,
-    /// A wrong position with small one-sigmas, neither named by the reader nor rejected by the filter.
+    /// A wrong position with small one-sigmas, which neither the reader reported nor the filter rejected.
     Wrong(String),
 }
 
@@ -40,7 +39,7 @@ fn below(random: &mut ChaCha8Rng, limit: usize) -> usize {
     random.next_u64() as usize % limit.max(1)
 }
 
-/// Damages `bytes` as disks, lines and power failures do.
+/// Damages `bytes` as disks, serial lines and power failures do.
 fn damage(bytes: &mut Vec<u8>, random: &mut ChaCha8Rng) {
     let at = below(random, bytes.len());
     let length = 1 << below(random, 14);
@@ -67,7 +66,7 @@ fn damage(bytes: &mut Vec<u8>, random: &mut ChaCha8Rng) {
     }
 }
 
-/// Reads a log and estimates its flight; `whole` are the warnings of the undamaged log.
+/// Reads a log and estimates its flight; `whole` contains the warnings of the undamaged log.
 fn examined(path: &Path, whole: &[String]) -> Outcome {
     let Ok(Log { dataset, .. }) = open(path, &Options::default()) else { return Outcome::Refused };
     let is_named = dataset.warnings.iter().any(|warning| !whole.contains(warning));
@@ -100,7 +99,7 @@ fn examined(path: &Path, whole: &[String]) -> Outcome {
     }
 }
 
-/// [`examined`] in a thread of its own, so that a hang or a panic names the file.
+/// Runs [`examined`] in a separate thread, so that a hang or a panic names the file.
 fn watched(path: PathBuf, whole: Vec<String>, name: &str) -> Outcome {
     let (done, outcome) = mpsc::channel();
     std::thread::spawn(move || done.send(examined(&path, &whole)));
@@ -108,7 +107,7 @@ fn watched(path: PathBuf, whole: Vec<String>, name: &str) -> Outcome {
     found.unwrap_or_else(|error| panic!("{name}: {error}: a panic, or more than {LONGEST_S} s"))
 }
 
-/// Peak memory of this process, kB, where the system states it.
+/// Peak memory of this process, kB, if the system states it.
 fn peak_kb() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -179,7 +178,7 @@ fn files_made_to_be_slow_are_not() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log");
     let fix = pvt(1000);
-    // Starts of frames that are as long as can be, after a whole one.
+    // The file has a whole frame, then starts of frames with the largest length.
     for start in [&[0xD3, 0x03, 0xFF][..], &[0xB5, 0x62, 1, 7, 0xF0, 0x1F], b"$$"] {
         fs::write(&path, [&fix[..], &start.repeat(4_000_000 / start.len())].concat()).unwrap();
         watched(path.clone(), Vec::new(), &format!("{start:?}"));

@@ -1,4 +1,4 @@
-//! Inputs of other people's kind that once went wrong.
+//! Input files from users that are difficult to read correctly.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ fn refusal(name: &str) -> Option<String> {
     Some(open(&case(name)?, &Options::default()).err().map(|error| error.to_string()).unwrap())
 }
 
-/// The report of `init` on these files, and the dataset that its mapping gives.
+/// The report of `init` on these files, and the dataset from its mapping.
 fn mapped(names: &[&str]) -> Option<(String, Dataset)> {
     let paths: Option<Vec<PathBuf>> = names.iter().map(|name| case(name)).collect();
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! The sensor that is read where one of several is dead or frozen.
+//! Choice of the sensor to read if one of several is dead or frozen.
 
 use std::fmt::Write as _;
 
@@ -15,7 +15,8 @@ fn notes(dataset: &Dataset, words: &str) -> bool {
     dataset.notes.iter().any(|note| note.contains(words))
 }
 
-/// A ULog with messages of one more topic: `other` makes the body of each from one of topic `of` and its number.
+/// A ULog with the messages of one more topic. `other` makes the body of each from a message of the topic `of` and its
+/// number.
 fn with_another(
     log: &[u8],
     (instance, definition, name): (u8, &str, &str),

@@ -8,7 +8,8 @@ use hovernav_log::Dataset;
 
 use crate::alike::{FORMATS, Flight, warns, written};
 
-/// Checks that all samples and the fixes of these numbers are there, each fix as long after its sample as the first.
+/// Checks that all samples and the fixes with these numbers are in `dataset`. Each fix must follow its sample by the
+/// same time as the first fix does.
 fn are_together(dataset: &Dataset, fixes: &[usize], what: &str) {
     let counts = (dataset.imu.len(), dataset.fixes.len());
     assert_eq!(counts, (1000, fixes.len()), "{what}: {:?}", dataset.warnings);
@@ -21,7 +22,8 @@ fn are_together(dataset: &Dataset, fixes: &[usize], what: &str) {
     assert!(apart_s.iter().all(is_alike) && apart_s[0].abs() < 0.2, "{what}: {apart_s:?} s");
 }
 
-/// A flight whose clock goes forward by `by_s` at `from_s`, without the fixes of these numbers; and the other numbers.
+/// A flight whose clock goes forward by `by_s` at `from_s`, without the fixes with the numbers `without`. The second
+/// value lists the numbers of the other fixes.
 fn stepped(start_s: f64, from_s: f64, by_s: f64, without: [usize; 2]) -> (Flight, Vec<usize>) {
     let mut flight = Flight::at_rest(start_s);
     let step = |time_s: &mut f64| *time_s += if *time_s >= from_s { by_s } else { 0.0 };
@@ -41,7 +43,7 @@ fn fixes_follow_the_samples_over_a_step_shorter_than_their_intervals() {
         (2.0, [0, 0]),
         (3.5, [0, 0]),
         (4.5, [0, 0]),
-        // The step is within an outage, or before the first fix.
+        // The clock steps within an outage, or before the first fix.
         (2.0, [8, 14]),
         (3.5, [8, 16]),
         (6.0, [7, 16]),
@@ -123,7 +125,7 @@ fn a_clock_that_steps_back_is_a_named_break_in_every_format() {
         let longest_s = intervals_s.fold(0.0, f64::max);
         assert!((longest_s - 5.0).abs() < 0.05, "{format}: {longest_s}");
         assert!(warns(&dataset, "the clock goes back by 6.98"), "{format}: {:?}", dataset.warnings);
-        // The fixes follow the samples.
+        // The fixes are still at the times of their samples.
         let apart_s = dataset.fixes[15].time - dataset.imu[750].time;
         assert!(apart_s.abs() < 0.15, "{format}: {apart_s}");
     }

@@ -132,7 +132,7 @@ fn compare(name: &str, expected: &Samples, found: &Samples) {
     assert!(compared > 100, "{name}: next to nothing compared");
 }
 
-/// Compares `names` with `oracle`, which reads the pilot's `sticks`.
+/// Compares the logs `names` with `oracle`, which reads the pilot's `sticks`.
 fn check(oracle: &str, sticks: &str, names: &[&str]) {
     let Some(python) = reference_readers() else { return };
     for name in names {

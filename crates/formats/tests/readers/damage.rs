@@ -19,7 +19,7 @@ fn read(bytes: &[u8]) -> Result<Log, LogError> {
     open_bytes(bytes, Path::new("log"), &Options::default())
 }
 
-/// The first messages of a telemetry log, made here: attitudes and inertial samples of MAVLink 1.
+/// The first messages of a telemetry log, made by this test: attitudes and inertial samples of MAVLink 1.
 fn telemetry() -> Vec<u8> {
     let crc = |bytes: &[u8]| {
         bytes.iter().fold(0xFFFF_u16, |crc, &byte| {

@@ -1,4 +1,4 @@
-//! Faults of logs that once cost data without a word, or were named wrongly.
+//! Faults of logs. Each must cause a warning with its correct name, or no loss of data.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -11,7 +11,7 @@ fn of_bytes(bytes: &[u8]) -> Log {
     open_bytes(bytes, "log".as_ref(), &Options::default()).unwrap()
 }
 
-/// NMEA 0183 without a date: time of day, s after midnight, and position.
+/// An NMEA 0183 sentence without a date: time of day, s after midnight, and position.
 pub fn gga(time_s: u32) -> Vec<u8> {
     let body = format!(
         "GPGGA,{:02}{:02}{:02}.00,4700.{time_s:04},N,00800.0000,E,1,08,1.0,400.0,M,0.0,M,,",
@@ -59,7 +59,7 @@ fn a_change_of_protocol_loses_no_fix_where_one_of_the_two_has_no_date() {
         assert!((length_s - 119.0).abs() < 1e-6, "{length_s}");
         assert!(!warns(&dataset, "without a time"), "{:?}", dataset.warnings);
     }
-    // Both at once: one fix each epoch.
+    // With both protocols there is one fix each epoch.
     let both: Vec<u8> = (1000..1060).flat_map(|t| [pvt(t), gga(t)].concat()).collect();
     assert_eq!(of_bytes(&both).dataset.fixes.len(), 60);
 }
@@ -70,7 +70,7 @@ fn zeros_within_a_text_are_reported_and_the_rest_is_read() {
     let files = tables(&Flight::at_rest(1.0), folder.path(), "time_s", "ax,ay,az");
     Proposal::of(&files).unwrap().write(folder.path(), true).unwrap();
     let text = fs::read(&files[0]).unwrap();
-    // A power failure within row 400: the file system gives zeros.
+    // A power failure occurs within row 400: the file system returns zeros.
     let line = text.iter().enumerate().filter(|(_, byte)| **byte == b'\n').nth(399).unwrap().0;
     for count in [3, 65_535, 65_536, 200_000] {
         let zeros = vec![0; count];
@@ -110,7 +110,7 @@ fn type_1_is_no_fix_where_there_is_type_3() {
         let dataset = typed([1, 2, 3]);
         let flat = dataset.fixes.iter().filter(|fix| fix.two_dimensional).count();
         assert_eq!((dataset.fixes.len(), flat), (17, 9), "{format}: {:?}", dataset.warnings);
-        // NMEA 0183: 1 and 2 are without and with corrections, 4 and 5 are RTK.
+        // In NMEA 0183, 1 and 2 are without and with corrections, 4 and 5 are RTK.
         let dataset = typed([1, 2, 4]);
         let flat = dataset.fixes.iter().filter(|fix| fix.two_dimensional).count();
         assert_eq!((dataset.fixes.len(), flat), (20, 0), "{format}: {:?}", dataset.warnings);
@@ -144,7 +144,7 @@ fn unhealthy_sensors_are_named_as_the_reason() {
 fn a_receiver_at_rest_with_coarse_numbers_repeats_nothing() {
     let mut flight = Flight::at_rest(1.0);
     let first = flight.fixes[0];
-    // 5 Hz; every eighth fix differs on average, at irregular intervals.
+    // The log has 5 Hz. On average every eighth fix differs, at irregular intervals.
     let mut state = 1_u32;
     let mut height_m = 400.0;
     flight.samples_s = (0..5000).map(|k| 1.0 + 0.02 * f64::from(k)).collect();
@@ -168,7 +168,7 @@ fn the_onboard_solution_follows_the_clock_of_the_samples() {
     flight.samples_s.iter_mut().for_each(back);
     flight.fixes.iter_mut().for_each(|row| back(&mut row.time_s));
     let log = ulog(&flight);
-    // A message of a topic before each sample.
+    // The log has a message of a topic before each sample.
     let mut at = 16;
     let mut with = log[..at].to_vec();
     with.extend(message(b'F', b"vehicle_attitude:uint64_t timestamp;float[4] q;"));
@@ -210,7 +210,7 @@ fn a_restart_near_the_first_time_loses_no_row() {
 fn a_bag_is_the_files_that_its_metadata_lists() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
-    // The names do not state the order; the last file is of another flight.
+    // The names do not state the order. The last file is of another flight.
     for (name, start_s) in [("b.mcap", 1.0), ("a.mcap", 21.0), ("other.mcap", 41.0)] {
         fs::write(path(name), mcap(&Flight::at_rest(start_s))).unwrap();
     }

@@ -81,7 +81,7 @@ fn an_instance_is_read_by_its_number_or_rejected() {
     assert!(error.contains("found no instance 7; the log has IMU 0 (45 messages)"), "{error}");
 }
 
-/// Heavy vibration: the accelerometers clip from 25 s on, and the vehicle rolls over at 68 s.
+/// The log has heavy vibration: the accelerometers clip from 25 s on, and the vehicle rolls over at 68 s.
 #[test]
 fn clipping_and_a_roll_over_do_not_make_the_filter_diverge() {
     let Some(mut log) = read("px4-quad-vibration-2025.ulg") else { return };

@@ -1,4 +1,4 @@
-//! Foreign text files, mapped and estimated, give the solution of the original.
+//! Foreign text files: a mapped and estimated file gives the solution of the original.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -11,19 +11,19 @@ use hovernav_log::Dataset;
 
 const ORIGINAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
 
-/// A foreign logger's format for the same flight.
+/// Format in which a foreign logger writes the same flight.
 #[derive(Clone, Copy)]
 struct Foreign {
     delimiter: &'static str,
     decimal_comma: bool,
-    /// Degrees, g, milliseconds and microtesla.
+    /// Units are degrees, g, milliseconds and microtesla.
     other_units: bool,
     forward_left_up: bool,
-    /// Attitude forward-left-up to east-north-up.
+    /// The attitude is from forward-left-up to east-north-up.
     attitude_enu: bool,
     header: bool,
     remarks: bool,
-    /// One file per sensor instead of one file.
+    /// Each sensor has a separate file.
     apart: bool,
 }
 
@@ -196,7 +196,7 @@ fn a_manifest_next_to_a_mapping_corrects_a_tilted_imu() {
 
 #[test]
 fn the_fixes_reveal_accelerometers_with_the_opposite_sign() {
-    // Forward-right-down with positive gravity; at rest this equals forward-left-up.
+    // The axes are forward-right-down with positive gravity; at rest this equals forward-left-up.
     let place = tempfile::tempdir().unwrap();
     let files = Foreign { apart: true, forward_left_up: false, ..PLAIN }.write(place.path());
     let text = fs::read_to_string(&files[0]).unwrap();
@@ -253,7 +253,7 @@ fn numbers_in_quotes_may_have_decimal_commas() {
     let file = place.path().join("log.csv");
     let mut text = String::from("\"clock\",\"gx\",\"gy\",\"gz\",\"ax\",\"ay\",\"az\"\n");
     for k in 0..200 {
-        // Midnight passes in the middle.
+        // Midnight is in the middle of the log.
         let (of_day, hundredths) = ((86_399 + k / 100) % 86_400, k % 100);
         let (hour, minute, second) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
         let _ = write!(text, "\"{hour:02}:{minute:02}:{second:02},{hundredths:02}\",");
@@ -304,7 +304,7 @@ fn errors_of_unmappable_files_have_a_reason_and_a_line() {
     let wide = Proposal::of(std::slice::from_ref(&file)).unwrap_err().to_string();
     assert!(wide.contains("found text in UTF-16: save it as UTF-8 first"), "{wide}");
 
-    // A second recording after the first: the error names the file and the line.
+    // A second recording follows the first; the error names the file and the line.
     let rows = |from: u32| -> String {
         (from..from + 50).map(|k| format!("{k},0,0,0,0,0,-9.8\n")).collect()
     };
@@ -331,7 +331,7 @@ fn errors_of_unmappable_files_have_a_reason_and_a_line() {
     assert!(opened(no_file).contains("none.csv"));
 }
 
-/// Columns without names, as in KF-GINS and NaveGo.
+/// The columns have no names, as in KF-GINS and NaveGo.
 #[test]
 fn files_without_names_are_mapped_by_their_values() {
     let original = solutions(Dataset::open(ORIGINAL.as_ref()).unwrap());
@@ -374,7 +374,7 @@ fn files_without_names_are_mapped_by_their_values() {
             "{what}\n{proposal}"
         );
         let found = solutions(dataset);
-        // Without the IMU's attitude the heading is found in flight; from then on the solutions agree.
+        // Without the IMU's attitude the heading is found in flight. From then on the solutions agree.
         let (Some(a), Some(b)) = (found.last(), original.last()) else { panic!("{what}") };
         let apart_m = a.position.displacement_from(&b.position).norm();
         let turn = (a.body_to_ned.inverse() * b.body_to_ned).rotation_vector().norm();

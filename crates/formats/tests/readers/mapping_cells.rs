@@ -1,4 +1,4 @@
-//! Cells of foreign text without a value: numbers and words for unknown ones, units, marks of validity.
+//! Cells of foreign text without a value: numbers and words for unknown values, units, marks of validity.
 
 use crate::mapped::mapped;
 
@@ -10,7 +10,7 @@ fn fix(second: u32) -> [String; 3] {
     [format!("{latitude:.7}"), "151.2152974".to_owned(), format!("{:.2}", 49.7)]
 }
 
-/// Forty seconds at rest at 25 Hz, the time and six inertial cells, then the cells of `gps` in each row.
+/// A flight of 40 s at rest at 25 Hz. Each row has the time and six inertial cells, then the cells of `gps`.
 fn flight(gps_names: &str, gps: impl Fn(u32) -> String) -> String {
     let row = |k: u32| {
         let (time, noise) = (f64::from(k) * 0.04, 1e-4 * f64::from(k % 7));
@@ -19,7 +19,7 @@ fn flight(gps_names: &str, gps: impl Fn(u32) -> String) -> String {
     format!("time,{IMU},{gps_names}\n{}", (0..1000).map(row).collect::<String>())
 }
 
-/// The cells of `of` with the fix of each second, once a second, else `blank`.
+/// The cells of `of` with the fix of each second, once a second; `blank` on the other rows.
 fn each_second(k: u32, of: impl Fn([String; 3]) -> String, blank: &str) -> String {
     if k % 25 == 24 { of(fix(k / 25)) } else { blank.to_owned() }
 }
@@ -80,7 +80,7 @@ fn words_in_place_of_numbers_are_missing_values() {
             let blank = [word; 4].join(",");
             each_second(k, |cells| cells.join(",") + ",ok", &blank)
         });
-        // The gyro also has such cells.
+        // The gyro also has cells with words.
         let text = text.replacen("0.00020,", &format!("{word},"), 30);
         let (report, _, dataset) = mapped(&[("flight.csv", text)]);
         assert_eq!((dataset.imu.len(), dataset.fixes.len()), (970, 40), "{word}: {report}");

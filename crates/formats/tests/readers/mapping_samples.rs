@@ -5,7 +5,7 @@ use hovernav::imu::Motion;
 
 use crate::mapped::mapped;
 
-/// Twenty seconds at rest at 100 Hz: the time, then the text of `row`.
+/// A log of 20 s at rest at 100 Hz. Each row has the time, then the text of `row`.
 fn at_rest(names: &str, row: impl Fn(u32) -> String) -> String {
     let rows = (0..2000).map(|k| format!("{:.2},{}\n", f64::from(k) * 0.01, row(k)));
     format!("t_s,{names}\n{}", rows.collect::<String>())

@@ -5,7 +5,8 @@ use hovernav_log::Dataset;
 
 use crate::mapped::mapped;
 
-/// Forty seconds level at 25 Hz, heading from 60° to 100°, with the quaternion in the order of `order`, scalar 0.
+/// A level flight of 40 s at 25 Hz, with headings from 60° to 100°. The quaternion's components have the order `order`,
+/// in which 0 is the scalar.
 fn turning(names: &str, order: [usize; 4]) -> (String, String, Dataset) {
     let row = |k: u32| {
         let (time, yaw) = (f64::from(k) * 0.04, (60.0 + f64::from(k) * 0.04).to_radians());

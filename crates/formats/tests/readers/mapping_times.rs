@@ -7,7 +7,7 @@ use crate::mapped::mapped;
 
 const NAMES: &str = "gyro_x,gyro_y,gyro_z,accel_x,accel_y,accel_z";
 
-/// Different samples of an IMU at rest; `time` gives the time fields for the sample number.
+/// Different samples of an IMU at rest; `time` gives the time fields for a sample number.
 fn unit(name: &str, time: impl Fn(u32) -> String) -> String {
     let rows = (0..6000).map(|k| {
         let noise = f64::from(k * 37 % 101) * 1e-3;
@@ -22,7 +22,7 @@ fn unit(name: &str, time: impl Fn(u32) -> String) -> String {
     format!("{name},{NAMES}\n{}", rows.collect::<String>())
 }
 
-/// Fixes at 4 Hz along a meridian; `time` gives the time fields for the fix number.
+/// Fixes at 4 Hz along a meridian; `time` gives the time fields for a fix number.
 fn receiver(names: &str, time: impl Fn(u32) -> String) -> String {
     let rows = (0..240).map(|k| {
         let latitude_deg = 47.0 + 1e-5 * f64::from(k);
@@ -36,7 +36,7 @@ fn of_unit(text: String) -> (String, Dataset) {
     (report, dataset)
 }
 
-/// hh, mm and ss of a moment after 23:58:30.5, with a separator, and its milliseconds.
+/// Time of day `milliseconds` after 23:58:30.5: hh, mm and ss, separated by `sign`, and the milliseconds.
 fn of_day(milliseconds: u32, sign: &str) -> (String, u32) {
     let after = 86_310_500 + milliseconds;
     let (second, thousandths) = (after / 1000 % 86_400, after % 1000);
@@ -131,7 +131,7 @@ fn seconds_beyond_hundreds_are_not_times_of_day() {
 
 #[test]
 fn dates_and_weeks_match_a_receiver_to_the_clock_of_the_imu() {
-    // 2025-07-08T23:58:30.5Z, and the same in GPS time, 18 s ahead.
+    // Both are 2025-07-08T23:58:30.5Z; GPS time is 18 s ahead.
     let unix_ms = 1_752_019_110_500_u64;
     let gps_ms = unix_ms - 315_964_800_000 + 18_000;
     let week = |k: u32| gps_ms + 250 * u64::from(k);

@@ -76,7 +76,7 @@ fn climb(time_s: f64) -> (f64, f64) {
     (500.0 + 40.0 * (0.05 * time_s).sin(), -2.0 * (0.05 * time_s).cos())
 }
 
-/// Unsigned degrees and minutes in one number.
+/// An unsigned angle as degrees and minutes in one number.
 fn ddmm(angle_deg: f64, width: usize) -> String {
     let angle_deg = angle_deg.abs();
     let whole = angle_deg.trunc();
@@ -309,7 +309,7 @@ fn a_hover_that_fits_all_axes_keeps_those_from_gravity() {
         path
     });
     let report = Proposal::of(&paths).unwrap().to_string();
-    // The fixes of this flight fit mirrored gyros just as well.
+    // Mirrored gyros fit the fixes of this flight equally well.
     for sensor in ["gyro  ", "accel  "] {
         let told = report.lines().find(|line| line.contains(sensor)).unwrap();
         assert!(told.contains("forward-right-down"), "{report}");

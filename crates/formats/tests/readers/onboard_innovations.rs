@@ -37,7 +37,7 @@ fn innovations_of_px4_have_our_sign_and_unit() {
     let run = log.dataset.estimate(&config, |_| {});
     let ours = hovernav_log::innovations(&run);
     let onboard = log.onboard.unwrap();
-    // Before the roll failure; after it the two estimators differ.
+    // Only innovations before the roll failure count; after it the two estimators differ.
     let ours: Vec<Innovation> = ours.into_iter().filter(|one| one.time.seconds() < 60.0).collect();
     for channel in [
         Channel::PositionNorth,
@@ -54,8 +54,8 @@ fn innovations_of_px4_have_our_sign_and_unit() {
         let alike = correlation(&ours, &theirs);
         println!("{}: {} of theirs, correlation {alike:.2}", channel.name(), theirs.len());
         assert!(theirs.len() > 50, "{}", channel.name());
-        // Hovernav's slow-error states of the fix absorb position errors: its innovations are a tenth of the
-        // others, but correlated.
+        // Hovernav's slow-error states of the fix absorb position errors. So its innovations are a tenth of the others,
+        // but correlated.
         let least = match channel {
             Channel::PositionNorth | Channel::PositionEast => 2.5 / (theirs.len() as f64).sqrt(),
             _ => 0.25,
@@ -80,7 +80,7 @@ fn innovations_of_older_logs_are_read() {
 
 #[test]
 fn ardupilot_innovations_are_read_from_the_first_core_in_metres() {
-    // Text format: FMT has names and format characters; c means hundredths.
+    // FMT has names and format characters; c means hundredths.
     let text = "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n\
                 FMT, 1, 9, IMU, Qffffff, TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ\n\
                 FMT, 2, 9, XKF3, QBcccccccccc, TimeUS,C,IVN,IVE,IVD,IPN,IPE,IPD,IMX,IMY,IMZ,IYAW\n\

@@ -48,7 +48,7 @@ impl Cdr {
     }
 }
 
-/// The hovering helicopter as ROS 2 records it: forward-left-up, east-north-up.
+/// The flight of the hovering helicopter as ROS 2 records it: forward-left-up, east-north-up.
 fn recorded(little: bool, stamped: bool) -> Vec<u8> {
     let original = Dataset::open(ORIGINAL.as_ref()).unwrap();
     let file = tempfile::NamedTempFile::new().unwrap();
@@ -107,7 +107,8 @@ fn recorded(little: bool, stamped: bool) -> Vec<u8> {
             let [x, y, z]: [f64; 3] = Vector::<hovernav::frames::Body>::to_array(vector);
             [x, -y, -z]
         };
-        // From forward-left-up to east-north-up: yaw is anticlockwise from east, pitch has the opposite sign.
+        // The rotation is from forward-left-up to east-north-up: yaw is anticlockwise from east, pitch has the opposite
+        // sign.
         let attitude = sample.attitude.unwrap();
         let (roll, pitch) = (attitude.roll_rad / 2.0, -attitude.pitch_rad / 2.0);
         let yaw = (90f64.to_radians() - attitude.yaw_rad) / 2.0;
@@ -240,7 +241,7 @@ fn a_damaged_chunk_costs_only_its_own_records() {
         let said = format!("damaged at byte {at}: found a chunk with a wrong checksum; ignored");
         assert_eq!(dataset.warnings[0], said);
     }
-    // The records of an uncompressed chunk are found without its frame.
+    // In an uncompressed chunk, the records are found without the chunk's frame.
     let (at, _) = chunks[chunks.len() / 2];
     let mut damaged = bytes;
     damaged[at..at + 9].fill(0);
@@ -291,7 +292,7 @@ fn a_chunk_with_more_messages_than_file_bytes_is_truncated() {
 #[test]
 fn an_oversized_chunk_is_skipped_unread() {
     let mut bytes = recorded(true, true);
-    // The uncompressed size of the first chunk is after its kind, its length and two times.
+    // The uncompressed size of the first chunk comes after the chunk's kind, its length and two times.
     let mut at = 8;
     while bytes[at] != 6 {
         at += 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;

@@ -1,11 +1,12 @@
-//! The estimator's own check of units, signs and axes, on real logs: it suspects only those whose reader does too.
+//! The estimator's own check of units, signs and axes, on real logs. It suspects only logs that the reader suspects
+//! too.
 
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice};
 use hovernav::setup::SetupFault;
 use hovernav_formats::{Options, open};
 use hovernav_testing::shared;
 
-/// Faults that the estimator reports in a log as read.
+/// Faults that the estimator reports in the log `name`, as read.
 fn suspects(name: &str) -> Option<Vec<SetupFault>> {
     let dataset = open(&shared(name)?, &Options::default()).unwrap().dataset;
     let mut estimator = Box::new(Estimator::new(EstimatorConfig::default()));

@@ -1,4 +1,4 @@
-//! The verdict does not call a solution usable that its own log contradicts.
+//! The verdict does not call a solution usable if its own log contradicts the solution.
 
 use hovernav_formats::{Changes, Options, Pass, open};
 use hovernav_log::{FindingKind, Level, LogError};
@@ -18,7 +18,7 @@ fn a_solution_that_the_onboard_estimator_contradicts_is_not_usable() {
     let verdict = summary.verdict.unwrap();
     assert_eq!(verdict.level, Level::Bad, "{verdict:?}");
     assert!(!verdict.words.contains("usable"), "{verdict:?}");
-    // The span of 3.4 s with the largest harm comes before 23 s of clipping.
+    // A span of 3.4 s with the largest harm is listed before 23 s of clipping.
     assert!(verdict.reasons[0].contains("contradicted by the onboard EKF2"), "{verdict:?}");
     assert!(summary.warnings.contains(&verdict.reasons[0]));
     let contradiction =

@@ -1,4 +1,4 @@
-//! Flights over the lines have the same percentiles as those of a campaign, which has neither lines nor a clock.
+//! Flights over the lines have the same percentiles as the flights of a campaign, which has neither lines nor a clock.
 
 use hovernav::frames::{Body, Vector, wrap_angle};
 use hovernav_log::Truth;
@@ -7,10 +7,11 @@ use hovernav_sim::campaign::{Campaign, SensorGrade, percentile};
 
 use crate::common::{Flown, Setup, all_flown, autopilot};
 
-/// Seeds of the campaign, 1 to 200, and of the flights over the lines, 201 to 260.
+/// Number of flights of the campaign; their seeds are 1 to 200.
 const CAMPAIGN: u64 = 200;
+/// Number of flights over the lines; their seeds are 201 to 260.
 const OVER_LINES: u64 = 60;
-/// Smallest probability of the differences by chance: 1 %, over all five quantities.
+/// Smallest probability, for each quantity, that a difference is due to chance: 1 % over all five quantities.
 const LEAST_PROBABILITY: f64 = 0.01 / MEASURES.len() as f64;
 
 const MEASURES: [&str; 5] =
@@ -70,7 +71,8 @@ fn of_lines(flown: &Flown, from_s: f64) -> [f64; 5] {
     [body(0), body(1), body(2), worst.fold(0.0, f64::max).to_degrees(), rms(&errors)]
 }
 
-/// The largest distance of the distributions of two samples, and the probability of a larger one by chance.
+/// The largest distance between the distributions of two samples, and the probability that chance gives a larger
+/// distance.
 ///
 /// # Source
 /// W. Press et al., *Numerical Recipes*, section 14.3: Kolmogorov and Smirnov, two samples.

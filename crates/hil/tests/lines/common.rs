@@ -44,7 +44,8 @@ pub struct Setup {
     pub pilot: &'static str,
     /// The autopilot.
     pub autopilot: HoverConfig,
-    /// Largest one-sigma of the gyro bias for an engagement, rad/s. By default so large that a short flight is enough.
+    /// Largest one-sigma of the gyro bias for an engagement, rad/s. The default is so large that the filter reaches it
+    /// in a short flight.
     pub gyro_bias_sigma_radps: f64,
     /// Additional text of `fly.toml`, beginning with a section header.
     pub keys: String,
@@ -225,8 +226,8 @@ pub fn flown_by(clock: &Clock, setup: &Setup) -> Flown {
     Flown { record, begun_s, samples, crashed_s, report, said: said.iter().collect(), over_lines }
 }
 
-/// Limits the size of files to one byte more than that of the record at `path`, as soon as the record has the flight
-/// until `now`. The size of the record is then the limit, which is returned, when its writer has noticed.
+/// Sets the limit of the file size to one byte more than the size of the record at `path`, as soon as the record
+/// contains the flight until `now`. Returns the size of the record when its writer has reached the limit.
 fn fill_disk(path: &Path, now: Time) -> u64 {
     let until_now = |record: Record| record.cycles.last().is_some_and(|last| now - last.time < 0.1);
     wait_until(|| Record::open(path).is_ok_and(until_now));
@@ -235,8 +236,8 @@ fn fill_disk(path: &Path, now: Time) -> u64 {
     length
 }
 
-/// Waits for the writer of the record. The emulated time does not advance meanwhile, so the load of the machine does
-/// not change the record.
+/// Waits for the writer of the record. The emulated time does not advance during this wait, so the load of the machine
+/// does not change the record.
 fn wait_until(is_written: impl Fn() -> bool) {
     while !is_written() {
         thread::sleep(Duration::from_millis(5));

@@ -1,4 +1,5 @@
-//! Damaged packets: one that passes its checksum does not end an engagement, and many lost ones are reported.
+//! Damaged packets. One damaged packet with a valid checksum does not end an engagement, and many lost packets are
+//! reported.
 
 use hovernav::gps::Protocol;
 use hovernav_record::Level;
@@ -7,7 +8,7 @@ use crate::common::{Setup, all_flown};
 
 /// Times of the damaged packets, s: in hover, while a stick steers, and just after engagement.
 const DAMAGED_S: [f64; 3] = [8.4, 12.0, 16.0];
-/// Duration that contains one packet, s.
+/// Duration in which exactly one packet arrives, s.
 const ONE_PACKET_S: f64 = 0.031;
 
 #[test]
@@ -26,7 +27,7 @@ fn one_damaged_packet_never_ends_an_engagement() {
     assert!(flown.at("the attitude is not known").is_none(), "{events:#?}");
     let engaged_s = flown.statistics().engaged_s;
     assert!(engaged_s > 11.8, "{engaged_s} s of 12 s: {events:#?}");
-    // Nothing is seen of the damage in the attitude.
+    // The damage has no visible effect on the attitude.
     let worst = flown
         .samples
         .iter()
@@ -39,7 +40,7 @@ fn one_damaged_packet_never_ends_an_engagement() {
     assert!(worst < 0.35, "{worst} rad");
 }
 
-/// TSIP has no checksum: a damaged fix arrives as a good one.
+/// TSIP has no checksum: a damaged fix is received as a good fix.
 #[test]
 fn one_damaged_fix_never_ends_an_engagement() {
     let protocols = [(Protocol::Tsip, "tsip"), (Protocol::Ubx, "ubx")];
@@ -58,8 +59,8 @@ fn one_damaged_fix_never_ends_an_engagement() {
     }
 }
 
-/// One byte in a hundred of the receiver's line is damaged for 20 s. TSIP has no checksum: damaged fixes look whole.
-/// UBX has one: epochs are lost, and those that arrive keep the vehicle in place.
+/// One byte in a hundred of the receiver's line is damaged for 20 s. TSIP has no checksum: damaged fixes look intact.
+/// UBX has a checksum: epochs are lost, and the remaining epochs keep the vehicle at its position.
 #[test]
 fn a_noisy_line_of_the_receiver_moves_nothing() {
     let acts = ["engage@8:30", "gps-noise@12:20"];
@@ -76,7 +77,8 @@ fn a_noisy_line_of_the_receiver_moves_nothing() {
     }
 }
 
-/// Without the rejection, one damaged packet would do what two in a row do: they count as motion at full scale.
+/// Two damaged packets in a row count as motion at full scale. Without the rejection of single packets, one packet
+/// would have the same effect.
 #[test]
 fn damage_that_lasts_is_not_coasted_over() {
     let acts = ["engage@8:12", "wild-packet@12:0.4"];

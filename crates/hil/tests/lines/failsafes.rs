@@ -14,13 +14,14 @@ use crate::common::{Flown, Setup, all_flown, autopilot};
 
 /// Duration of a cycle, s.
 const CYCLE_S: f64 = 1.0 / 33.0;
-/// Delay of the lines: an act falls between two of the pilot's packets, which take 24 ms, and a sample is delayed
-/// by its transmission.
+/// Delay of the lines, s. An act falls between two of the pilot's packets, which take 24 ms, and a sample is delayed by
+/// its transmission.
 const LINES_S: f64 = 0.025;
 /// Time without pulses after which the pilot is lost: the default of `signal.stale_after_s`.
 const STALE_S: f64 = 0.1;
-/// The default of `health.age_s`.
+/// Age of the estimate after which it is rejected, s: the default of `health.age_s`.
 const AGE_S: f64 = 0.2;
+/// Radius of the geofence, m.
 const FENCE_M: f64 = 5.0;
 
 /// The moments of a failure.
@@ -101,7 +102,7 @@ const FAILSAFES: [Failsafe; 14] = [
         name: "position, then velocity",
         watched_s: 50.0,
         stage: |setup, moment| {
-            // With the default limits, velocity is lost before position.
+            // With the default limits, velocity becomes invalid before position does.
             setup.autopilot.health.position_sigma_m = 3.3;
             setup.autopilot.transfer.patience_s = 6.0;
             happens(setup, moment, "gps-cut", 60.0);
@@ -256,7 +257,7 @@ const FAILSAFES: [Failsafe; 14] = [
         name: "a control at its end",
         watched_s: 8.0,
         stage: |setup, moment| {
-            // Less than a turn needs.
+            // The pedal's range is smaller than a turn needs.
             setup.pilot = "steer";
             setup.autopilot.limits.lowest.pedal = -0.02;
             setup.autopilot.limits.highest.pedal = 0.02;
@@ -348,10 +349,10 @@ fn no_attitude(flown: &Flown, moment: Moment) -> Vec<Response> {
     vec![response("the pilot flies", AGE_S + CYCLE_S, told_s), hand_back(flown, moment, told_s)]
 }
 
-/// After the event the servos follow the pilot, within 2 % of travel. The difference fades with 0.25 s, and the
-/// pilot, who had released the sticks, moves them meanwhile.
+/// After the event the servos follow the pilot, within 2 % of travel. The difference fades with 0.25 s. The pilot, who
+/// had released the sticks, moves them during this time.
 fn hand_back(flown: &Flown, moment: Moment, told_s: f64) -> Response {
-    // Until then the stick of the manoeuvre is forward.
+    // Before this time the stick of the manoeuvre is forward.
     let told_s =
         (moment.second() + told_s).max(if moment == Moment::Manoeuvre { 14.5 } else { 0.0 });
     let follows = flown.samples.iter().find(|sample| {
@@ -389,7 +390,7 @@ fn middle(setup: &Setup, south_m: f64) -> Geodetic {
     start.displaced(Vector::new(-south_m, 0.0, 0.0))
 }
 
-/// The estimate without steps, as used by flight control.
+/// The estimate without the jumps by corrections, as flight control uses it.
 fn stepless(flown: &Flown) -> Vec<Solution> {
     let record = &flown.record;
     let mut estimator = Estimator::<Full, 28>::new(record.header.settings().unwrap());

@@ -5,11 +5,12 @@ use std::process::Command;
 use crate::common::{Setup, flown};
 use crate::failsafes::{Moment, engaged_at};
 
-/// Environment variable with the index of the moment, for the process with the limit.
+/// Environment variable with the index of the moment, for the process with the file size limit.
 const MOMENT: &str = "HOVERNAV_FULL_AT_MOMENT";
+/// Length of the flight, s.
 const LENGTH_S: f64 = 22.0;
 
-/// The flight, in a process of its own, because a limit of the file size is that of the process.
+/// The flight in a separate process, because a limit of the file size applies to a whole process.
 #[test]
 fn flight_with_a_limit() {
     let Some(number) = std::env::var_os(MOMENT) else { return };

@@ -11,11 +11,13 @@ use hovernav_sim::campaign::percentile;
 
 use crate::common::{Flown, Setup, all_flown, flown_by};
 
-/// Engagement, loss of all fixes, and end of the engagement, s.
+/// Time of the engagement, s.
 const ENGAGED_S: f64 = 45.0;
+/// Time at which all fixes are lost, s.
 const LOST_S: f64 = 265.0;
+/// Time at which the engagement ends, s.
 const RELEASED_S: f64 = 295.0;
-/// The first seconds after engagement, s.
+/// Duration, s, of the interval that counts as the first seconds after engagement.
 const FIRST_S: f64 = 15.0;
 /// Durations without GPS, s.
 const WITHOUT_GPS_S: [f64; 2] = [15.0, 25.0];
@@ -32,13 +34,14 @@ fn hover(seed: u64) -> Setup {
 /// Figures of one flight.
 #[derive(Debug)]
 struct Figures {
-    /// Root mean squares of u, v and w in the first 15 s after engagement, and from then to the loss of fixes, m/s.
+    /// Root mean squares of u, v and w in the first 15 s after engagement, m/s.
     first_rms_mps: [f64; 3],
+    /// Root mean squares of u, v and w from then to the loss of fixes, m/s.
     rms_mps: [f64; 3],
     /// Largest change of a stick from one cycle of the autopilot to the next.
     stick_step: f64,
-    /// The same at the servos, from one of the vehicle's cycles to the next: on a busy machine two commands of the
-    /// autopilot arrive within one.
+    /// Largest change at the servos from one of the vehicle's cycles to the next. On a busy machine two commands of the
+    /// autopilot arrive within one cycle.
     servo_step: f64,
     /// Distance from the position at the loss of fixes after each duration without GPS, m.
     drift_m: [f64; 2],
@@ -96,8 +99,8 @@ impl Figures {
         }
     }
 
-    /// Checks the flights against docs/flying.md, and prints the largest of each figure. `largest_steps` are the limits of
-    /// the steps of a stick, of the autopilot's and at the servos.
+    /// Checks the flights against docs/flying.md, and prints the largest value of each figure. `largest_steps` are the
+    /// limits of the change of a stick from one cycle to the next, for the autopilot and at the servos.
     fn judge(flights: &[Flown], largest_steps: [f64; 2]) {
         let all: Vec<Self> = flights.iter().map(Self::of).collect();
         for figures in &all {
@@ -152,7 +155,7 @@ fn the_autopilot_does_not_take_over_before_the_gyro_bias_is_known() {
     assert!(flown.after(8.0, "the autopilot flies") > 20.0);
 }
 
-/// The drift without GPS, by the time of engagement and of the loss.
+/// The drift without GPS, with its dependence on the times of engagement and of the loss.
 #[test]
 #[ignore = "a minute: 120 flights"]
 fn drift_without_gps_is_as_documented() {

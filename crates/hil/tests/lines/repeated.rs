@@ -11,7 +11,7 @@ fn a_flight_is_the_same_every_time() {
     let all = flights.iter().map(|flown| {
         let record = &flown.record;
         let (cycles, solutions) = (&record.cycles, &record.solutions);
-        // Their texts contain the directory.
+        // The texts of the events contain the directory, so they are not compared.
         let events = record.events.iter().map(|event| (event.time, &event.kind, event.level));
         let events: Vec<_> = events.collect();
         format!("{:?} {cycles:?} {solutions:?} {events:?}", flown.samples)

@@ -63,7 +63,7 @@ fn the_servos_receive_their_command_within_a_millisecond_of_the_packet() {
     );
 }
 
-/// Ticks of all processors since boot, and those stolen by the host of a virtual machine.
+/// Ticks of all processors since boot, and ticks that the host of a virtual machine has stolen.
 fn taken_ticks() -> Option<[u64; 2]> {
     let statistics = fs::read_to_string("/proc/stat").ok()?;
     let ticks: Vec<u64> = statistics
@@ -78,8 +78,9 @@ fn taken_ticks() -> Option<[u64; 2]> {
 
 /// Left, right, top and bottom of the plot.
 const FRAME: [f64; 4] = [70.0, 700.0, 50.0, 330.0];
-/// Powers of ten of the axes: seconds, and the share of cycles that take longer.
+/// Powers of ten at the ends of the time axis, s.
 const SECONDS: (i32, i32) = (-5, -1);
+/// Powers of ten at the ends of the axis of the fraction of cycles.
 const SHARES: (i32, i32) = (-4, 0);
 
 fn at(seconds: f64, share: f64) -> (f64, f64) {
@@ -93,7 +94,7 @@ fn at(seconds: f64, share: f64) -> (f64, f64) {
     )
 }
 
-/// The share of cycles that take longer, over the duration.
+/// The fraction of cycles that take longer, over the duration.
 fn picture(flights: &[Flown]) -> String {
     let [left, right, top, bottom] = FRAME;
     let mut svg = String::from(

@@ -96,11 +96,11 @@ pub struct Share {
 pub struct ImuContents {
     /// `rates` or `increments`; `None` without samples.
     pub form: Option<&'static str>,
-    /// Samples with the unit's own attitude.
+    /// Samples with the inertial unit's own attitude.
     pub attitude: Share,
     /// Samples with a magnetic field.
     pub magnetic_field: Share,
-    /// Position of the unit from the centre of gravity, m.
+    /// Position of the inertial unit relative to the centre of gravity, m.
     pub lever_arm_m: [f64; 3],
     /// Mean angular rate, rad/s.
     pub mean_rate_radps: Option<[f64; 3]>,
@@ -124,7 +124,7 @@ pub struct GpsContents {
     pub position_sigma: Share,
     /// Fixes with a stated one-sigma of velocity.
     pub velocity_sigma: Share,
-    /// Position of the antenna from the centre of gravity, m; axes forward, right, down.
+    /// Position of the antenna relative to the centre of gravity, m; axes forward, right, down.
     pub antenna_lever_arm_m: [f64; 3],
     /// Declared latency, s.
     pub latency_s: f64,

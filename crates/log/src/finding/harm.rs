@@ -11,10 +11,10 @@ pub struct Harm {
     pub position_m: Option<f64>,
     /// Largest velocity error, m/s; `None` without an independent solution in the span.
     pub velocity_mps: Option<f64>,
-    /// Largest error of an axis of position or velocity divided by its one-sigma at that time, that of the independent
-    /// solution included; `None` without an independent solution in the span.
+    /// Largest ratio of an error in position or velocity, on one axis, to its one-sigma at that time. The one-sigma
+    /// includes that of the independent solution. `None` without an independent solution in the span.
     pub one_sigmas: Option<f64>,
-    /// Largest one-sigma of position or velocity divided by its value at the start of the span, at least 1.
+    /// Largest ratio of the one-sigma of position or velocity to its value at the start of the span, at least 1.
     pub growth: f64,
 }
 

@@ -23,13 +23,13 @@ pub enum FindingKind {
     ContradictsItself,
     /// Positions of fixes drift from the receiver's own velocity.
     PlaceWalks,
-    /// The filter was reset to an attitude or heading that a gap in the inertial samples had hidden.
+    /// After a gap in the inertial samples, the filter was reset to the measured attitude or heading.
     TakenAnew,
-    /// The receiver states smaller one-sigmas than its fixes scatter.
+    /// The receiver states one-sigmas that are smaller than the scatter of its fixes.
     Understated,
     /// Fixes repeat the previous one.
     FrozenFix,
-    /// A barometer repeats itself while the height changes.
+    /// A barometer repeats its height while the vehicle's height changes.
     Frozen,
     /// Heights of fixes repeat while the position moves, or were never measured.
     HeightHeld,
@@ -51,21 +51,21 @@ pub enum FindingKind {
     SamplesLost,
     /// The filter was reset or aligned again.
     Reset,
-    /// The whole inertial unit, or a rangefinder, repeats its readings.
+    /// The inertial unit repeats the readings of all axes, or a rangefinder its distance.
     Stuck,
     /// Single axes of the inertial unit repeat their readings.
     StuckAxis,
     /// Inertial samples that are not finite, or beyond what inertial units measure.
     NotANumber,
-    /// Inertial samples on a straight line that a logger has drawn.
+    /// Inertial samples on a straight line: a logger interpolated them.
     Interpolated,
-    /// Inertial samples no later than the one before.
+    /// Inertial samples whose times do not increase, or are far ahead.
     TimeStamps,
     /// An axis reached the end of its range.
     Clipping,
     /// A shock far beyond the usual vibration.
     Shock,
-    /// Strength of the vibration that is too fast for the sample rate.
+    /// Vibration that is too fast for the sample rate, with its strength.
     Vibration,
     /// Sudden change of a bias of the inertial unit.
     BiasStep,
@@ -73,19 +73,19 @@ pub enum FindingKind {
     MagneticDisturbance,
     /// Single magnetic readings that differ from those before and after.
     Spikes,
-    /// The unit's own attitude turns unlike its gyros.
+    /// The attitude of the inertial unit turns differently from its gyros.
     AttitudeUnlikeGyros,
     /// The heading was unknown, then found in motion.
     HeadingFound,
     /// The heading was inconsistent with GPS and was turned to agree.
     HeadingReset,
-    /// The heading was suspect by GPS, but was not turned.
+    /// The heading was suspect according to GPS, but was not turned.
     HeadingInDoubt,
     /// The heading was never found in the run.
     HeadingUnknown,
     /// The distance to the ground jumped.
     StepOfGround,
-    /// The two antennas are found further apart, or closer, than they are mounted.
+    /// The measured distance between the two antennas differs from the mounted one.
     WrongBaseline,
     /// A heading of two antennas that points backwards.
     Reversed,
@@ -94,7 +94,7 @@ pub enum FindingKind {
     Unusable,
     /// The reference or the onboard estimator contradicts the solution.
     Contradicted,
-    /// The fixes are inconsistent with the smoothed path, which the filter's own solution replaces.
+    /// The fixes are inconsistent with the smoothed path, so the filter's own solution replaces it.
     SmoothingDenied,
     // Keep this one last: the length of `ALL` depends on it.
     /// The set-up is wrong, or likely wrong.

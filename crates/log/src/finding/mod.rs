@@ -77,8 +77,8 @@ impl Finding {
         self.severity >= Severity::Warning
     }
 
-    /// Order of importance, the most important first: by severity, then by harm. Of equal harm, the shorter span comes
-    /// first, which states the time best; without a harm, the longer one.
+    /// Order of importance, the most important first: by severity, then by harm. Of findings with equal harm, the
+    /// shorter span comes first, because it states the time better. Without a harm, the longer span comes first.
     #[must_use]
     pub fn by_harm(&self, other: &Self) -> Ordering {
         let size = |finding: &Self| finding.harm.map_or(-1.0, |harm| harm.size());
@@ -102,14 +102,14 @@ pub(crate) const AIDS: [(Aid, Sensor, &str); 4] = [
 pub struct SetupFinding {
     /// Sensor concerned.
     pub sensor: Sensor,
-    /// Whether the property is certainly wrong: the log is then rejected, or estimated without the sensor if that [can
+    /// Whether the property is certainly wrong. The log is then rejected, or estimated without the sensor if that [can
     /// be ignored](Self::can_be_ignored).
     pub is_certain: bool,
     /// Found and expected values, with sizes.
     pub found: String,
     /// Likely mistake.
     pub cause: String,
-    /// Remedy: what to write where; empty if there is no short one.
+    /// Remedy: the setting or text to write, and where; empty if there is no short one.
     pub mend: String,
 }
 
@@ -142,11 +142,11 @@ impl SetupFinding {
     }
 }
 
-/// Number of sentences of one kind; further findings are only counted.
+/// Largest number of sentences of one kind; further findings are only counted.
 const LISTED: usize = 3;
 
-/// The warnings among `findings` as sentences, in order of time. Of each sensor and kind the three most harmful appear,
-/// with the number of the others.
+/// The warnings among `findings` as sentences, in order of time. For each sensor and kind the three most harmful are
+/// listed, with the number of the others.
 #[must_use]
 pub fn sentences(findings: &[Finding]) -> Vec<String> {
     // Ordered by name, so that findings with the same start are in alphabetical order.

@@ -8,11 +8,12 @@ use serde::{Serialize, Serializer};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Sensor {
-    /// Gyros and accelerometers. Includes most findings on the unit's own attitude, except those of the next two.
+    /// Gyros and accelerometers. Includes most findings on the attitude that the inertial unit computes, except those
+    /// of [`UnitAttitude`](Self::UnitAttitude) and [`UnitHeading`](Self::UnitHeading).
     InertialUnit,
     /// The attitude that the inertial unit computes, if its set-up is wrong.
     UnitAttitude,
-    /// The heading of that attitude, if the filter rejects it.
+    /// The heading that the inertial unit computes, if the filter rejects it.
     UnitHeading,
     /// The GPS receiver.
     Gps,

@@ -13,15 +13,15 @@ const ABSENT_S: f64 = 5.0;
 const ABSENT_INTERVALS: f64 = 10.0;
 /// Longest time, s, from the first inertial sample to the first reading of an aid that is not late.
 const LATE_S: f64 = 10.0;
-/// Reading next to a pause, as a share of the longest reading, above which the vehicle may have climbed out of the
-/// rangefinder's reach.
+/// Ratio of the reading next to a pause to the longest reading. Above it, the vehicle may have climbed out of the
+/// rangefinder's range.
 const FAR: f64 = 0.7;
-/// Expected distance beyond the longest reading at which the ground is out of reach, m.
+/// Expected distance minus the longest reading, m, above which the ground is out of range.
 const BEYOND_M: f64 = 2.0;
-/// Expected distance below which the ground is too close, m.
+/// Expected distance, m, below which the ground is too close.
 const CLOSEST_M: f64 = 0.6;
 
-/// Times of the readings that come with the inertial samples.
+/// Times of the attitudes and magnetic fields that come with the inertial samples.
 #[derive(Default)]
 pub(super) struct OfUnit {
     attitude: Readings,
@@ -44,7 +44,7 @@ impl OfUnit {
 struct Readings {
     first_last: Option<(Time, Time)>,
     intervals: Distribution,
-    /// Pauses, from the last reading before to the first after, s.
+    /// Pauses: time of the last reading before and of the first reading after, s.
     pauses: Vec<(f64, f64)>,
 }
 
@@ -147,7 +147,7 @@ fn of_aid(
     }
 }
 
-/// Time within a span, s, without inertial samples; gaps have findings of their own.
+/// Time without inertial samples within a span, s; such gaps have their own findings.
 fn gaps_s(log: &Judged<'_>, from_s: f64, to_s: f64) -> f64 {
     let gaps = log.dataset.overview().gaps.found();
     let within = gaps.iter().map(|gap| {

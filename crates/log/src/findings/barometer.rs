@@ -7,9 +7,9 @@ use crate::statistics::quantile;
 
 /// Shortest repetition of a height, s, that counts as frozen: a shorter one may be real.
 const FROZEN_S: f64 = 10.0;
-/// Least change of the solution's height, m, during a repetition that counts as frozen.
+/// Smallest change of the solution's height, m, during a repetition that counts as frozen.
 const MOVED_M: f64 = 3.0;
-/// Least change of that height in usual steps of the barometer; the larger limit applies.
+/// Smallest such change in usual steps of the barometer's height; the larger of the two limits applies.
 const STEPS: f64 = 3.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

@@ -4,7 +4,7 @@ use super::judged::Judged;
 use super::spans::spans;
 use crate::finding::{Finding, FindingKind, Sensor};
 
-/// Longest time, s, between contradictions of one finding.
+/// Longest time, s, between two contradictions of one finding.
 const APART_S: f64 = 10.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

@@ -6,28 +6,30 @@ use crate::finding::{Finding, FindingKind, Sensor};
 use crate::rates::{AXES, Rates};
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
-/// Longest time, s, between clipped samples of one event.
+/// Longest time, s, between two clipped samples of one event.
 const APART_S: f64 = 10.0;
 
-/// Samples at full scale, by axis: a first pass finds where readings pile up, a second one the samples.
+/// Detector of samples at full scale, by axis. A first pass finds the levels at which readings pile up, a second one
+/// the samples there.
 pub(super) struct Ends {
     axes: [End; 6],
     /// Number of samples seen in the second pass.
     seen: usize,
 }
 
-/// One axis.
+/// Detector for one axis.
 struct End {
-    /// Known range, zero if unknown, and the largest size seen.
+    /// Known range, rad/s or m/s²; zero if unknown.
     known: f64,
+    /// Largest absolute reading.
     largest: f64,
     is_marked: bool,
     low: Extreme,
     high: Extreme,
-    /// Levels at which readings pile up, low and high, from the second pass on.
+    /// Levels, low and high, at which readings pile up; known from the second pass on.
     scale: [Option<f64>; 2],
     spans: Spans,
-    /// First and last sample of each span.
+    /// Indices of the first and last sample of each span.
     within: Vec<(usize, usize)>,
 }
 
@@ -56,7 +58,7 @@ impl Ends {
         }
     }
 
-    /// Ends the first pass; whether a second one can find anything.
+    /// Ends the first pass. Returns whether a second pass can find anything.
     pub fn looked(&mut self) -> bool {
         for end in &mut self.axes {
             end.scale = [end.low.pile(), end.high.pile()];
@@ -126,7 +128,7 @@ impl End {
     }
 }
 
-/// Extreme value of an axis to one side, the value next to it, and how often each occurred.
+/// Extreme value of an axis to one side, the value next to it, and the number of times each occurred.
 struct Extreme {
     side: f64,
     end: f64,
@@ -161,7 +163,7 @@ impl Extreme {
         }
     }
 
-    /// The extreme if readings pile up there repeatedly, as they do only at the end of a range.
+    /// The extreme value if readings pile up there repeatedly, as happens only at the end of a range; otherwise `None`.
     fn pile(&self) -> Option<f64> {
         /// Smallest number of readings at an end of the range.
         const PILED: usize = 6;

@@ -7,7 +7,7 @@ use super::spans::{improbable_runs, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::statistics::median_interval_s;
 
-/// Longest span without fixes, s, that is not an outage, unless three usual intervals are longer.
+/// Longest span without fixes, s, that is not an outage; three usual intervals apply if they are longer.
 const OUTAGE_S: f64 = 3.5;
 /// Shortest repetition of a whole fix, s, that counts as frozen.
 const FROZEN_S: f64 = 2.0;
@@ -51,7 +51,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         if end_s - start_s < HELD_S || is_frozen {
             continue;
         }
-        // The log's reader has marked these as two-dimensional.
+        // The log's reader has marked these fixes as two-dimensional.
         let known = fixes[first + 1..=last].iter().filter(|fix| fix.two_dimensional).count();
         let is_known = 2 * known > last - first;
         let (when, count) = (when(start_s, end_s), last - first);

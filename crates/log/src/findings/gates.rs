@@ -16,7 +16,7 @@ struct Group {
     name: &'static str,
     unit: &'static str,
     scale: f64,
-    /// Rejections beyond this size, in the unit, cause a warning even if short.
+    /// Difference, in the unit, above which even a short rejection causes a warning.
     large: f64,
 }
 
@@ -97,7 +97,7 @@ const GROUPS: [Group; 9] = [
     },
 ];
 
-/// One comparison of a group.
+/// One comparison of a group's measurement with the filter.
 struct Compared {
     time_s: f64,
     size: f64,
@@ -106,14 +106,14 @@ struct Compared {
 
 /// Smallest number of consecutive rejections of any size that cause a warning.
 const LASTING: usize = 3;
-/// Smallest duration of such consecutive rejections, s.
+/// Shortest duration of such consecutive rejections, s.
 const LASTING_S: f64 = 2.0;
 /// Time after an event, s, in which it may cause a rejection.
 const AFTERMATH_S: f64 = 10.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let groups: Vec<Vec<Compared>> = GROUPS.iter().map(|group| compared(log, group)).collect();
-    // The groups of one receiver form one finding.
+    // All groups of the GPS receiver form one finding.
     for sensor in [0..4, 4..5, 5..6, 6..7, 7..8, 8..9] {
         let mut rejected: Vec<(f64, f64)> = groups[sensor.clone()]
             .iter()
@@ -132,8 +132,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 const REOPENED_S: f64 = 1.0;
 
 impl Judged<'_> {
-    /// Whether a position used at `time_s`, `off_m` from the filter's own, leaves an ambiguity between the two: the
-    /// one-sigma afterwards exceeds half that distance.
+    /// Whether a position fused at `time_s`, `off_m` from the filter's own position, leaves an ambiguity between the
+    /// two: the one-sigma afterwards exceeds half that distance.
     fn leaves_ambiguity(&self, time_s: f64, off_m: f64) -> bool {
         let after_s = time_s + REOPENED_S;
         self.solution_at(after_s).is_some_and(|solution| {
@@ -229,7 +229,8 @@ fn in_aftermath(time: Time, start_s: f64) -> bool {
     (0.0..=AFTERMATH_S).contains(&(start_s - time.seconds()))
 }
 
-/// Whether a gap in the inertial samples hid an attitude or heading, and this is its first reading afterwards.
+/// Whether these are the first attitudes or headings after a gap in the inertial samples, during which they were
+/// unknown.
 fn is_first_after_a_gap(log: &Judged<'_>, group: &Group, span: &Span) -> bool {
     let hides = |notice: &Notice| match notice {
         Notice::GapBridged { time, .. } => in_aftermath(*time, span.start_s),
@@ -239,7 +240,8 @@ fn is_first_after_a_gap(log: &Judged<'_>, group: &Group, span: &Span) -> bool {
         && log.run.notices.iter().any(hides)
 }
 
-/// Whether the heading of a report is of another sensor than the group's: the unit's own heading comes with its tilt.
+/// Whether the heading in a report comes from a sensor other than the group's. The heading of the inertial unit comes
+/// with roll and pitch.
 fn is_of_another_fault(group: &Group, report: &Report) -> bool {
     let with_tilt = report.innovations().any(|axis| axis.channel == Channel::Roll);
     group.channels == [Channel::Yaw] && with_tilt == (group.sensor == Sensor::Magnetometer)

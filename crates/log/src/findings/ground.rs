@@ -6,7 +6,7 @@ use super::judged::Judged;
 use super::spans::spans;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
-/// Longest time, s, between rejections of one event.
+/// Longest time, s, between two rejections of one event.
 const APART_S: f64 = 2.0;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

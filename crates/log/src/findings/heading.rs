@@ -51,8 +51,8 @@ fn sources(log: &Judged<'_>) -> String {
     format!("; its source, {}, is not used until it agrees", named.join(" or "))
 }
 
-/// Field changes that the filter's field monitor reported, except for those among the `findings` from index `known`
-/// on, which the field's strength has shown.
+/// Adds the changes of the magnetic field that the filter's field monitor reported. Changes that the field's strength
+/// has shown are among `findings` from index `known` on, and are skipped.
 fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
     let log_end_s = log.span_s().map_or(0.0, |(_, end_s)| end_s);
     let mut notices = log.run.notices.iter();
@@ -150,7 +150,7 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     ));
 }
 
-/// Headings that the fixes made suspect without resetting them.
+/// Adds the headings that were suspect according to the fixes, but were not reset.
 fn checks(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let checks = log.run.notices.iter().filter_map(|notice| match notice {
         Notice::HeadingDoubted { time, off_rad, .. } => Some((time.seconds(), off_rad.abs())),
@@ -203,7 +203,7 @@ impl FieldStrength {
         self.strengths.push(strength);
     }
 
-    /// Ends the first pass; whether a second one can find anything.
+    /// Ends the first pass. Returns whether a second pass can find anything.
     pub fn looked(&mut self) -> bool {
         self.usual = self.strengths.quantile(0.5).unwrap_or(0.0);
         let weakest = self.strengths.quantile(0.0).unwrap_or(0.0);

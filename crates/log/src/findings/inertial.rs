@@ -14,9 +14,10 @@ use crate::rates::{AXES, Rates, Vibration};
 
 /// Longest time, s, between two faults of one event.
 const APART_S: f64 = 2.0;
-/// Shortest span of repetitions, s, that the log itself may cause: it may be written faster than the unit measures.
+/// Shortest span of repeated samples, s, that a fast log may cause. Such a log is written more often than the inertial
+/// unit measures.
 const LASTING_S: f64 = 10.0;
-/// Share of repeated samples in that span, above which the log causes them.
+/// Fraction of repeated samples in such a span, above which the log causes them.
 const HELD: f64 = 0.2;
 /// Shortest repetition of one axis, s, that counts as stuck.
 const STUCK_S: f64 = 0.2;
@@ -30,7 +31,7 @@ pub(super) fn find(log: &Judged<'_>, samples: Inertial, ends: Ends, findings: &m
     samples.vibration(findings);
 }
 
-/// Statistics and suspects of the samples, one at a time.
+/// Statistics and suspect samples, gathered sample by sample.
 pub(super) struct Inertial {
     intervals: Distribution,
     count: usize,
@@ -78,7 +79,7 @@ impl Inertial {
         self.vibration.push(at);
     }
 
-    /// Shocks, by the criterion of the filter.
+    /// Adds shocks, by the criterion of the filter.
     fn shake(&mut self, at: &Rates, time_s: f64) {
         if at.interval_s > 0.5 {
             self.integrity.interrupt();
@@ -99,7 +100,7 @@ impl Inertial {
         }
     }
 
-    /// Single missing samples throughout the log; scattered time stamps do not count.
+    /// Finding for single samples missing throughout the log. Scattered time stamps do not count.
     fn lost(&self, findings: &mut Vec<Finding>) {
         let Some(typical_s) = self.intervals.quantile(0.5) else { return };
         let (mut whole, mut in_time) = (0.0, 0.0);
@@ -134,7 +135,7 @@ impl Inertial {
         }
     }
 
-    /// Single axes that repeat themselves.
+    /// Findings for single axes that repeat their readings.
     fn stuck(&self, log: &Judged<'_>, findings: &mut Vec<Finding>) {
         let used = |start: Time| log.span_s().is_some_and(|(first_s, _)| start.seconds() > first_s);
         let mut found: Vec<(usize, Repeating<Time>)> = Vec::new();
@@ -190,7 +191,7 @@ impl Inertial {
         }
     }
 
-    /// Vibration too fast for the sample rate, and the velocity error it causes.
+    /// Finding for vibration that is too fast for the sample rate, with the velocity error it causes.
     fn vibration(&self, findings: &mut Vec<Finding>) {
         let Some(interval_s) = self.intervals.quantile(0.5) else { return };
         let strengths = self.vibration.rms().unwrap_or_default();
@@ -220,7 +221,7 @@ impl Inertial {
 }
 
 /// Explanation of `count` samples within `length_s` that repeat the two before them: the log was written more often
-/// than the inertial unit measured. `None` where the share of such samples is too small.
+/// than the inertial unit measured. `None` if the fraction of such samples is too small.
 fn held(log: &Judged<'_>, length_s: f64, count: usize) -> Option<String> {
     let rate_hz = 1.0 / log.dataset.sample_interval_s()?;
     let share = count as f64 / (rate_hz * length_s);

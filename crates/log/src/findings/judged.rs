@@ -5,7 +5,7 @@ use hovernav::ekf::Solution;
 use crate::dataset::Dataset;
 use crate::replay::Run;
 
-/// A log and a run over it.
+/// A log, and a run over it.
 #[derive(Clone, Copy)]
 pub(super) struct Judged<'a> {
     pub dataset: &'a Dataset,
@@ -13,7 +13,7 @@ pub(super) struct Judged<'a> {
 }
 
 impl Judged<'_> {
-    /// The solution at `time_s` or the first after it.
+    /// The solution at `time_s`, or the first one after it.
     pub fn solution_at(&self, time_s: f64) -> Option<&Solution> {
         let solutions = &self.run.solutions;
         let index = solutions.partition_point(|solution| solution.time.seconds() < time_s);

@@ -25,7 +25,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     );
 }
 
-/// Offset that the filter has estimated, m, with its sentence; the innovations no longer show it.
+/// Size of the antenna offset that the filter has estimated, m, with the sentence of the finding. The innovations no
+/// longer show this offset.
 fn found(log: &Judged<'_>) -> Option<(f64, String)> {
     let mut notices = log.run.notices.iter().filter_map(|notice| match *notice {
         Notice::AntennaElsewhere { time, offset_m, .. } => Some((time.seconds(), offset_m)),
@@ -35,7 +36,7 @@ fn found(log: &Judged<'_>) -> Option<(f64, String)> {
     let offset = notices.next_back().map_or(first, |(_, last)| last);
     let [x, y, z] = likely(log, offset);
     let size = offset.norm();
-    // The filter may still be converging, so that the offset comes out too small.
+    // The filter may still be converging, so the estimated offset may be too small.
     let words = format!(
         "gps antenna seems to be {size:.1} m or more from its declared lever arm, as turns show; the filter has used \
          the corrected position since {since_s:.0} s; is [gps] antenna_lever_arm_m about [{x}, {y}, {z}]? Turns do \
@@ -44,7 +45,8 @@ fn found(log: &Judged<'_>) -> Option<(f64, String)> {
     Some((size, words))
 }
 
-/// Offset that explains the innovations, m, with its sentence; `None` where it is not significant.
+/// Size of the antenna offset that explains the innovations, m, with the sentence of the finding; `None` if it is not
+/// significant.
 fn left(log: &Judged<'_>) -> Option<(f64, String)> {
     let (arm, sigma_m) = missing_arm(log)?;
     let size = arm.norm();

@@ -54,7 +54,8 @@ impl Dataset {
         findings
     }
 
-    /// Events in a `run` over this log, in order of time, and the errors of the set-up that need no further run.
+    /// Events in a `run` over this log, in order of time. The second value has the errors of the set-up that need no
+    /// further run.
     pub(crate) fn events_and_setup(&self, run: &Run) -> (Vec<Finding>, Vec<SetupFinding>) {
         let log = Judged { dataset: self, run };
         let Looked { inertial, ends, field, witness, measured, setup, of_unit } = Looked::at(&log);

@@ -8,8 +8,8 @@ use crate::finding::{Finding, FindingKind, Sensor};
 
 /// Longest time between the two compared values of a bias, s.
 const OVER_S: f64 = 20.0;
-/// Smallest step of a bias in one-sigmas, the larger of before and after. A correct bias changes less, even at the end
-/// of a rest.
+/// Smallest step of a bias that is reported, in one-sigmas: the larger one of before and after. A correct bias changes
+/// less, even at the end of a rest.
 const STEP: f64 = 6.0;
 /// Smallest step of a gyro's bias that is reported, rad/s.
 const LEAST_GYRO: f64 = 0.005;

@@ -34,14 +34,15 @@ pub(super) fn when(start_s: f64, end_s: f64) -> String {
     }
 }
 
-/// Spans of the `(time, size)` of events in order of time; successive events at most `apart_s` apart share one.
+/// Spans of events `(time, size)` in order of time. An event at most `apart_s` after the previous one is in the same
+/// span.
 pub(crate) fn spans(moments: impl IntoIterator<Item = (f64, f64)>, apart_s: f64) -> Vec<Span> {
     let mut spans = Spans::apart(apart_s);
     moments.into_iter().for_each(|moment| spans.push(moment));
     spans.found
 }
 
-/// [`spans`], one event at a time.
+/// Builder of [`spans`] that receives one event after another.
 pub(super) struct Spans {
     apart_s: f64,
     pub found: Vec<Span>,
@@ -76,18 +77,20 @@ pub(super) fn improbable_runs<T: PartialEq>(values: &[T]) -> Vec<(usize, usize)>
 
 /// Number of pairs before and after a run from which its chance is estimated.
 const NEAR: usize = 60;
-/// A run is improbable if its chance is below e to the power of minus this.
+/// Negative logarithm of the chance below which a run is improbable.
 const UNLIKELY: f64 = 18.0;
 
-/// [`improbable_runs`], one value at a time, each with its time.
+/// Detector of [`improbable_runs`] that receives one value after another, each with its time.
 #[derive(Clone)]
 pub(super) struct Repetitions<T, M> {
     last: Option<(T, M)>,
-    /// Number of pairs of neighbours; whether the most recent ones repeat.
+    /// Number of pairs of successive values.
     pairs: usize,
+    /// For each of the most recent pairs, whether it repeats.
     recent: VecDeque<bool>,
-    /// The current run, and completed runs that wait for the pairs after them.
+    /// The current run.
     open: Option<Repeating<M>>,
+    /// Completed runs that wait for the pairs after them.
     waiting: VecDeque<Repeating<M>>,
     found: Vec<Repeating<M>>,
 }
@@ -101,8 +104,9 @@ pub(super) struct Repeating<M> {
     /// Index and time of the last value.
     pub last: usize,
     pub end: M,
-    /// Number of pairs shortly before and after, and of those that repeat.
+    /// Number of pairs shortly before and after the run.
     near: usize,
+    /// Number of those pairs that repeat.
     repeated: usize,
     /// Number of the pairs after the run.
     after: usize,

@@ -1,5 +1,5 @@
-//! Bias steps: of the gyros against the unit's own attitude, of the accelerometers against that attitude and the
-//! fixes' velocity.
+//! Bias steps of the gyros relative to the inertial unit's own attitude. Bias steps of the accelerometers relative to
+//! that attitude and the fixes' velocity.
 
 use hovernav::ekf::{Notice, Solution, Unusable};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
@@ -12,13 +12,14 @@ use crate::statistics::quantile;
 
 /// Time over which a bias is averaged, s.
 const MEAN_S: f64 = 10.0;
-/// Turn rate beyond which the unit's own attitude lags, rad/s.
+/// Turn rate beyond which the inertial unit's own attitude lags, rad/s.
 const TURNING_RADPS: f64 = 0.2;
 /// Time after which a filter with enlarged bias uncertainty has estimated its biases again, s.
 const ABSORBED_S: f64 = 15.0;
-/// Number of means on either side of a step.
+/// Number of means on either side of a step that are compared.
 const SIDE: usize = 3;
-/// Largest number of parts near a step in which the attitude may disagree with the gyros, as at a real step.
+/// Largest number of means near a step in which the inertial unit's own attitude may disagree with the gyros. A real
+/// step causes such a disagreement.
 const MOST_REJECTED: usize = 2;
 /// Smallest step, in multiples of the usual change between means.
 const UNUSUAL: f64 = 6.0;
@@ -32,8 +33,9 @@ const LEAST_LASTING_GYRO: f64 = 0.0035;
 /// Smallest lasting step of an accelerometer's bias that the filter has estimated, m/s²: five one-sigmas of its initial
 /// bias.
 const LEAST_LASTING_ACCEL: f64 = 0.25;
-/// Share of a step by which the filter's own bias has to follow. The unit's own attitude drifts, which looks like a
-/// step among few means. Inserted steps have 0.39 and more, simulated flights without a step 0.14 and less.
+/// Smallest fraction of a step by which the filter's own bias must follow. The inertial unit's own attitude drifts,
+/// which looks like a step among few means. Inserted steps have 0.39 and more, simulated flights without a step 0.14
+/// and less.
 const FOLLOWED: f64 = 0.35;
 /// Span before a step over which the filter's bias is averaged, s from the step.
 const BEFORE_S: [f64; 2] = [-12.0, -5.0];
@@ -41,7 +43,7 @@ const BEFORE_S: [f64; 2] = [-12.0, -5.0];
 const AFTER_S: [f64; 2] = [15.0, 30.0];
 const GRAVITY_MPS2: f64 = 9.807;
 
-/// Mean difference between a sensor and its references.
+/// Mean difference between a sensor and its references over [`MEAN_S`].
 struct Excess {
     start_s: f64,
     values: [f64; 3],
@@ -71,7 +73,7 @@ pub(super) fn find(log: &Judged<'_>, witness: Witness, findings: &mut Vec<Findin
     absorbed(log, findings);
 }
 
-/// Times at which the unit's own attitude disagreed with the gyros, s.
+/// Times at which the inertial unit's own attitude disagreed with the gyros, s.
 fn rejected_s(log: &Judged<'_>) -> Vec<f64> {
     let rejected = log.run.notices.iter().filter_map(|notice| match notice {
         Notice::NotUsed { time, reason: Unusable::TurnsOtherwise, .. } => Some(time.seconds()),
@@ -80,7 +82,8 @@ fn rejected_s(log: &Judged<'_>) -> Vec<f64> {
     rejected.collect()
 }
 
-/// Differences of the sensors from the unit's own attitude and the fixes, over parts of [`MEAN_S`].
+/// Differences of the sensors from the inertial unit's own attitude and from the fixes, averaged over intervals of
+/// [`MEAN_S`].
 #[derive(Default)]
 pub(super) struct Witness {
     part: Vec<Rates>,
@@ -98,7 +101,7 @@ impl Witness {
         self.attitude.push(attitude.map(Rotation::from_euler));
     }
 
-    /// Ends a part; incomplete parts are dropped.
+    /// Ends the current averaging interval; an incomplete one is dropped.
     fn close(&mut self, log: &Judged<'_>) {
         let Self { part, attitude, .. } = self;
         if let [first, .., last] = &part[..]
@@ -116,14 +119,14 @@ impl Witness {
         self.attitude.clear();
     }
 
-    /// Differences of gyros and of accelerometers.
+    /// Differences of the gyros and of the accelerometers.
     fn finish(mut self, log: &Judged<'_>) -> [Vec<Excess>; 2] {
         self.close(log);
         [self.turns, self.forces]
     }
 }
 
-/// Mean difference of the gyro rates from those of the unit's own attitude, rad/s.
+/// Mean difference of the gyro rates from those of the inertial unit's own attitude, rad/s.
 fn turn_excess(part: &[Rates], attitude: &[Option<Rotation<Body, Ned>>]) -> Option<[f64; 3]> {
     let mut excess = [0.0; 3];
     let length_s = part.last()?.time - part.first()?.time;
@@ -140,7 +143,7 @@ fn turn_excess(part: &[Rates], attitude: &[Option<Rotation<Body, Ned>>]) -> Opti
 }
 
 /// Mean difference of the specific force from that of gravity and the fixes' velocity changes, m/s², body axes. The
-/// attitude is applied between successive fixes, for the acceleration of a circling vehicle keeps turning.
+/// attitude is applied between successive fixes, because the acceleration of a circling vehicle keeps turning.
 fn force_excess(
     log: &Judged<'_>,
     part: &[Rates],
@@ -175,7 +178,7 @@ fn force_excess(
     (covered_s > 0.5 * MEAN_S).then(|| (excess * (1.0 / covered_s)).to_array())
 }
 
-/// Steps that the filter has estimated, by its biases within [`ABSORBED_S`].
+/// Adds the steps that the filter has estimated, according to its biases within [`ABSORBED_S`].
 fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let at = |time_s: f64| log.solution_at(time_s);
     let mut told_s = f64::NEG_INFINITY;
@@ -193,7 +196,7 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         if known || time_s - told_s < ABSORBED_S {
             continue;
         }
-        // A change caused by a turn goes back; a step stays.
+        // A bias change caused by a turn reverses later; a step stays.
         let lasting = |after: [f64; 3], later: [f64; 3], least: f64| {
             std::array::from_fn(|axis| {
                 let (change, stays): (f64, f64) = (after[axis], later[axis]);
@@ -234,7 +237,7 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Whether the filter's own bias, read by `of`, follows a step by `change` at `time_s`.
+/// Whether the filter's own bias, read by `of`, follows a step of `change` at `time_s`.
 fn follows(
     log: &Judged<'_>,
     of: fn(&Solution) -> Vector<Body>,

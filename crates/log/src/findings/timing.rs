@@ -1,4 +1,4 @@
-//! Time offset of the fixes: their accelerations against those that the accelerometers measure.
+//! Time offset of the fixes: comparison of their accelerations with those of the accelerometers.
 //!
 //! The filter estimates a time offset within its history, a few tenths of a second. This search reaches [`MOST_S`] and
 //! uses only the attitude of the filter, whose heading may have any constant error.
@@ -17,9 +17,9 @@ use crate::rates::Rates;
 const OFFSET_S: f64 = 0.1;
 /// Range of the time offsets that the filter can estimate, s.
 const FOLLOWED_S: std::ops::RangeInclusive<f64> = -0.28..=0.45;
-/// Share of rejected fixes from which on the filter's estimate of the offset is not used.
+/// Fraction of rejected fixes from which on the filter's estimate of the offset is not used.
 const MANY_REJECTED: f64 = 0.1;
-/// Smallest offset according to the accelerations that is used, s.
+/// Smallest offset that is used if it comes from the accelerations, s.
 const FAR_S: f64 = 0.25;
 /// Difference from the filter's estimate, s, beyond which the offset according to the accelerations replaces it.
 const AGREES_S: f64 = 0.1;
@@ -33,7 +33,8 @@ const FINE_S: f64 = 0.01;
 const NEAR_S: f64 = 2.0;
 /// Interval between stored velocities, s.
 const STEP_S: f64 = 0.04;
-/// Interval between the compared velocities, s. Second differences cancel an attitude error that lasts longer.
+/// Interval between the compared velocities, s. Second differences cancel the effect of an attitude error that lasts
+/// longer.
 const OVER_S: f64 = 1.0;
 /// Longest interval between fixes that are compared, s.
 const LONGEST_S: f64 = 2.5;
@@ -41,23 +42,24 @@ const LONGEST_S: f64 = 2.5;
 const PART: usize = 40;
 /// Smallest number of parts that can show a growing delay.
 const LEAST_PARTS: usize = 3;
-/// Smallest growth of the delay over the flight, in multiples of the delays' rms distance from a line.
+/// Smallest growth of the delay over the flight, in multiples of the delays' rms distance from the fitted line.
 const OFF_LINE: f64 = 5.0;
-/// Least share of the velocity changes that a growing delay explains in addition to a constant delay.
+/// Smallest additional fraction of the velocity changes that a growing delay must explain, compared with a constant
+/// delay.
 const DRIFT_EXPLAINS: f64 = 0.05;
 /// Longest interval between samples, s, over which the velocity change is known.
 const GAP_S: f64 = 0.3;
-/// Length of the part of a flight that is used, s.
+/// Longest section of a flight that is used, s.
 const LOOKED_S: f64 = 3600.0;
-/// Smallest number of compared velocity changes.
+/// Smallest number of velocity changes to be compared.
 const LEAST_CHANGES: usize = 30;
-/// Smallest rms of the velocity changes, m/s.
+/// Smallest rms of the velocity changes, m/s, from which a delay is estimated.
 const LEAST_MPS: f64 = 0.5;
-/// Smallest share of the velocity changes that the best delay explains.
+/// Smallest fraction of the velocity changes that the best delay must explain.
 const EXPLAINED: f64 = 0.5;
-/// Lead of the best delay over zero and over distant delays, in explained share.
+/// Smallest lead of the best delay over zero and over distant delays, in explained fraction.
 const CLEARLY: f64 = 0.1;
-/// Share of the velocity changes that the filter's offset must explain to be used.
+/// Fraction of the velocity changes that the filter's offset must explain to be used.
 const UNEXPLAINED: f64 = 0.1;
 /// Lead of GPS time over UTC, s.
 const LEAP_SECONDS: f64 = 18.0;
@@ -142,24 +144,25 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
     );
 }
 
-/// Horizontal velocity from the measured specific force, turned by the attitude of a run, up to a constant.
+/// Horizontal velocity, up to a constant: integral of the measured specific force in the attitude of a run.
 #[derive(Default)]
 pub(super) struct MeasuredVelocity {
     moments: Vec<Moment>,
-    /// Number of moments before each interval of [`STEP_S`], from the first moment's to the last one's.
+    /// For each interval of [`STEP_S`], number of moments before it, from the first moment's interval to the last
+    /// one's.
     earlier: Vec<usize>,
     sum_mps: [f64; 2],
     gaps: u32,
-    /// Index of the latest solution.
+    /// Index of the latest solution used.
     index: usize,
 }
 
-/// Velocity from the specific force at a time.
+/// Velocity from the specific force at one time.
 #[derive(Clone, Copy)]
 struct Moment {
     time_s: f64,
     north_east_mps: [f64; 2],
-    /// Number of gaps before.
+    /// Number of gaps before this time.
     gaps: u32,
 }
 
@@ -191,8 +194,8 @@ impl MeasuredVelocity {
         }
     }
 
-    /// Growth of the fixes' delay, s per s, where successive parts of the flight show it clearly. Then the clocks of
-    /// samples and fixes run at different rates.
+    /// Growth of the fixes' delay, s per s; `None` if successive parts of the flight do not show it clearly. A growing
+    /// delay shows that the clocks of samples and fixes run at different rates.
     fn drift(&self, reported: &[Change]) -> Option<f64> {
         let parts: Vec<[f64; 2]> = reported
             .chunks(PART)
@@ -207,7 +210,7 @@ impl MeasuredVelocity {
         let about: Vec<(f64, f64)> =
             parts.iter().map(|[at_s, at_delay_s]| (at_s - time_s, at_delay_s - delay_s)).collect();
         let drift = Scale::of(&about)?.scale;
-        // The line has two parameters.
+        // The fitted line has two parameters.
         let off_s = (about.iter().map(|(t, d)| (d - drift * t).powi(2)).sum::<f64>()
             / (count - 2.0))
             .sqrt();
@@ -221,15 +224,15 @@ impl MeasuredVelocity {
         is_plain.then_some(drift)
     }
 
-    /// Time by which the fixes are valid earlier than by the declared latency, s; `None` where it is not significant.
+    /// Time by which the fixes are valid earlier than the declared latency states, s; `None` if it is not significant.
     fn delay_s(&self, reported: &[Change]) -> Option<f64> {
         let (delay_s, explained) = self.plain_delay_s(reported)?;
         let now = self.explained(reported, |_| 0.0).unwrap_or(0.0);
         (now <= explained - CLEARLY).then_some(delay_s)
     }
 
-    /// Delay that explains the largest share of the changes `reported` by the fixes, s, and that share; `None` where a
-    /// distant delay explains about as much.
+    /// Delay that explains the largest fraction of the changes `reported` by the fixes, s, and that fraction. `None` if
+    /// a distant delay explains about as much.
     fn plain_delay_s(&self, reported: &[Change]) -> Option<(f64, f64)> {
         let explained = |delay_s: f64| self.explained(reported, |_| delay_s).unwrap_or(0.0);
         let steps = (MOST_S / COARSE_S) as i32;
@@ -250,8 +253,8 @@ impl MeasuredVelocity {
         Some((fine_s, most))
     }
 
-    /// Share of the changes `reported` by the fixes that the measured ones `delay_s` earlier explain, 0 to 1, turned
-    /// together by the angle that fits best.
+    /// Fraction, 0 to 1, of the changes `reported` by the fixes that the measured changes `delay_s` earlier explain.
+    /// All measured changes are turned by one angle, the one that fits best.
     fn explained(&self, reported: &[Change], delay_s: impl Fn(f64) -> f64) -> Option<f64> {
         // Successive changes share two of their three times.
         let mut last = [(f64::NAN, None); 3];
@@ -308,7 +311,7 @@ impl MeasuredVelocity {
     }
 }
 
-/// Index of the interval of [`STEP_S`] with the time `since_s` after the first moment; 0 before it.
+/// Index of the interval of [`STEP_S`] that contains the time `since_s` after the first moment; 0 before it.
 fn interval(since_s: f64) -> usize {
     (since_s / STEP_S) as usize
 }
@@ -319,7 +322,7 @@ struct Change {
     north_east_mps: [f64; 2],
 }
 
-/// Centre of these changes in time, weighted by their squares, s.
+/// Mean time of the changes, weighted by their squares, s.
 fn centre_s(changes: &[Change]) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for Change { times_s: [_, time_s, _], north_east_mps: [north, east] } in changes {

@@ -4,10 +4,10 @@ use super::judged::Judged;
 use super::spans::when;
 use crate::finding::{Finding, FindingKind, Sensor};
 
-/// Ratio of the used to the stated one-sigmas beyond which the stated ones are too small. Correct ones reach up to 1.2,
-/// for a part of the error drifts.
+/// Ratio of the used to the stated one-sigmas above which the stated ones are too small. For correct ones the ratio
+/// reaches 1.2, because part of the error drifts.
 const UNDERSTATED: f64 = 1.5;
-/// Smallest number of fixes for a judgement.
+/// Smallest number of fixes from which the ratio is judged.
 const LEAST: usize = 50;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {

@@ -8,7 +8,7 @@ use super::judged::Judged;
 use super::spans::spans;
 use crate::finding::{Finding, FindingKind, Sensor};
 
-/// Longest time, s, between unused readings of one event.
+/// Longest time, s, between two unused readings of one event.
 const APART_S: f64 = 5.0;
 /// Longest interval between spikes of a field in one event, s.
 const SPIKES_S: f64 = 60.0;
@@ -26,7 +26,7 @@ const AIDS: [(Aid, Sensor); 6] = [
     (Aid::Rangefinder, Sensor::Rangefinder),
 ];
 
-/// Reasons, and whether the readings came during a gap in the inertial samples.
+/// Reasons why readings are not used, each with whether the readings came during a gap in the inertial samples.
 const REASONS: [(Unusable, bool); 12] = [
     (Unusable::NotFinite, false),
     (Unusable::TooOld, false),
@@ -42,7 +42,7 @@ const REASONS: [(Unusable, bool); 12] = [
     (Unusable::FieldTooSteep, false),
 ];
 
-/// Time before a gap in the inertial samples, s, in which readings are also late because of the gap.
+/// Time before a gap in the inertial samples, s, within which readings also become too old because of the gap.
 const WAITING_S: f64 = 0.3;
 
 /// Time after the start, s, in which the filter's history is too short for late fixes.
@@ -112,7 +112,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Gaps in the inertial samples, extended by [`WAITING_S`] before, s.
+/// Gaps in the inertial samples, s, each extended by [`WAITING_S`] before its start.
 fn gaps(log: &Judged<'_>) -> Vec<RangeInclusive<f64>> {
     let of_notice = |notice: &Notice| match *notice {
         Notice::GapBridged { time, length_s }

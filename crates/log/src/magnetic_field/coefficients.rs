@@ -1,7 +1,7 @@
 //! Gauss coefficients of the World Magnetic Model.
 //!
-//! Rows of g, h, nT, and their change ġ, ḣ, nT a year, by degree from 1 to 12 and within it by order from 0 to the
-//! degree.
+//! Each row has g and h, nT, and their changes ġ and ḣ, nT a year. Rows are ordered by degree from 1 to 12, and within
+//! a degree by order from 0 to the degree.
 //!
 //! # Source
 //! NOAA NCEI and British Geological Survey, *The US/UK World Magnetic Model for 2020–2025*
@@ -15,7 +15,8 @@ pub(super) const DEGREE: usize = 12;
 pub(super) struct Model {
     /// The decimal year of the coefficients.
     pub epoch: f64,
-    /// g, h, nT, and ġ, ḣ, nT a year, by degree n from 1 on and order m from 0 to n.
+    /// Coefficients g and h, nT, and their changes ġ and ḣ, nT a year. The order is by degree n from 1 on, then by
+    /// order m from 0 to n.
     pub coefficients: [[f64; 4]; DEGREE * (DEGREE + 3) / 2],
 }
 

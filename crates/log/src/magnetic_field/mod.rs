@@ -23,11 +23,11 @@ use hovernav::frames::{Ned, Vector};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MagneticField {
-    /// North, east and down, gauss.
+    /// Field north, east and down, gauss.
     pub field_gauss: Vector<Ned>,
 }
 
-/// Why the World Magnetic Model does not apply.
+/// Reason why the World Magnetic Model does not apply.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum OutsideModel {
     /// The time is outside the years of the model.
@@ -95,7 +95,7 @@ impl MagneticField {
         self.field_gauss.norm()
     }
 
-    /// Strength of its horizontal part, gauss; below 0.02 a compass is useless.
+    /// Strength of the horizontal field, gauss; below 0.02 a compass is useless.
     #[must_use]
     pub fn horizontal_gauss(&self) -> f64 {
         libm::hypot(self.field_gauss.x(), self.field_gauss.y())
@@ -170,7 +170,7 @@ fn geocentric(place: &Geodetic) -> [f64; 3] {
 #[derive(Clone, Copy, Default)]
 struct Legendre {
     value: f64,
-    /// Derivative by the latitude.
+    /// Derivative of the value with respect to the latitude.
     slope: f64,
     /// Value divided by the cosine of the latitude, finite at the poles; meaningless at order 0.
     over_cos: f64,

@@ -137,7 +137,7 @@ fn years_are_cut_into_days() {
 }
 
 proptest! {
-    // A field without sources has neither divergence nor curl; both from central differences over 1 km.
+    // A field without sources has neither divergence nor curl. Both come from central differences over 1 km.
     #[test]
     fn the_field_has_no_sources_above_the_ground(
         latitude_deg in -85.0..85.0f64, longitude_deg in -180.0..180.0f64,

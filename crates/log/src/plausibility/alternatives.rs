@@ -1,4 +1,4 @@
-//! Search for the right set-up where the fixes are inconsistent with a run: the one that makes them consistent.
+//! Search for the right set-up, with which the fixes become consistent with a run.
 
 use hovernav::ekf::{Aid, Channel, EstimatorConfig, Verdict};
 use hovernav::frames::{Body, Vector};
@@ -12,11 +12,11 @@ use crate::replay::Run;
 const SAMPLES: usize = 20_000;
 /// Mean square of the normalised innovations beyond which a run is suspect.
 const SUSPECT: f64 = 2.5;
-/// Largest contribution of one innovation to the mean square; a rejected innovation contributes as much.
+/// Largest contribution of one innovation to the mean square. A rejected innovation contributes this value.
 const MOST: f64 = 25.0;
-/// Time after an enlargement of the bias uncertainty in which agreement proves nothing, s.
+/// Time after an enlargement of the bias uncertainty, s, in which consistent innovations prove nothing.
 const OPENED_S: f64 = 2.0;
-/// Factor by which the right set-up is better than the present one.
+/// Smallest factor by which the right set-up reduces the mean square.
 const BETTER: f64 = 1.7;
 /// Largest mean square of the normalised innovations with the right set-up.
 const GOOD: f64 = 2.0;
@@ -113,7 +113,7 @@ impl Alternative {
     }
 }
 
-/// Configuration without one source of heading; `None` where the configuration or the log does not have it.
+/// Configuration without one source of heading; `None` if the configuration or the log does not have it.
 fn without(aid: Aid, config: &EstimatorConfig, part: &Dataset) -> Option<EstimatorConfig> {
     let mut config = *config;
     let aiding = &mut config.aiding;
@@ -131,8 +131,8 @@ fn without(aid: Aid, config: &EstimatorConfig, part: &Dataset) -> Option<Estimat
 }
 
 /// Mean square of the normalised innovations of the fixes, relative to the adapted noise and to the configured noise.
-/// Each counts up to [`MOST`]. Rejected ones, and those soon after an enlargement of the bias uncertainty, count fully.
-/// `None` with too few innovations.
+/// Each innovation counts at most [`MOST`]. Rejected innovations, and those soon after an enlargement of the bias
+/// uncertainty, count [`MOST`]. `None` with too few innovations.
 fn disagreement(run: &Run) -> Option<[f64; 2]> {
     let (mut sum, mut count) = (0.0, 0.0);
     let mut opened_until_s = f64::NEG_INFINITY;
@@ -158,7 +158,7 @@ fn disagreement(run: &Run) -> Option<[f64; 2]> {
     (count >= 80.0).then(|| [sum / count, run.noise_excess.max(1.0) * sum / count])
 }
 
-/// Part of a log with whose run the fixes are inconsistent, to be run with other set-ups.
+/// Part of a log whose fixes are inconsistent with its run, to be run with other set-ups.
 struct Trial {
     part: Dataset,
     config: EstimatorConfig,
@@ -166,7 +166,7 @@ struct Trial {
 }
 
 impl Trial {
-    /// `None` if the fixes are consistent with the run.
+    /// Trial for a log and a run; `None` if the fixes are consistent with the run.
     fn of(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<Self> {
         if disagreement(run).is_some_and(|[_, found]| found < SUSPECT) {
             return None;
@@ -182,7 +182,7 @@ impl Trial {
         Some(Self { part, config, as_it_is })
     }
 
-    /// Disagreement of `run`; `None` if its heading is unknown, for such a run fits any fixes.
+    /// Disagreement of `run`; `None` if its heading is unknown, because such a run fits any fixes.
     fn judged(run: &Run) -> Option<[f64; 2]> {
         let is_whole = run.solutions.last().is_some_and(|last| last.attitude_sigma_rad[2] < 0.5);
         disagreement(run).filter(|_| is_whole)
@@ -211,8 +211,8 @@ impl Trial {
         })
     }
 
-    /// Axes or signs of the inertial unit with which the fixes are consistent; never such that put the vehicle on its
-    /// back.
+    /// Axes or signs of the inertial unit with which the fixes are consistent. Axes that put the vehicle on its back
+    /// are never proposed.
     fn axes(&self) -> Option<SetupFinding> {
         let upright = ALTERNATIVES.iter().filter(|other| other.is_upright(&self.part));
         let tried = upright.filter_map(|other| {
@@ -234,10 +234,10 @@ impl Trial {
     }
 }
 
-/// Source of heading without which the fixes become consistent with the run. `None` if the fixes are consistent
-/// already, or with no source ignored.
+/// Source of heading that must be ignored for the fixes to become consistent with the run. `None` if the fixes are
+/// consistent already, or if no single source makes them so.
 ///
-/// Runs the estimator over a part of the log up to four times, but only where the fixes are inconsistent with `run`.
+/// Runs the estimator over a part of the log up to four times, but only if the fixes contradict `run`.
 pub(crate) fn denied_aid(
     dataset: &Dataset,
     config: &EstimatorConfig,
@@ -246,11 +246,11 @@ pub(crate) fn denied_aid(
     Trial::of(dataset, config, run)?.denied_aid()
 }
 
-/// Set-up with which the fixes become consistent with the run. It has one source of heading less, or other
-/// signs or axes of the inertial unit. `None` if the fixes are consistent already, or with no other set-up. Axes
-/// that put the vehicle on its back are never proposed.
+/// Set-up with which the fixes become consistent with the run. It ignores one source of heading, or has other signs or
+/// axes of the inertial unit. `None` if the fixes are consistent already, or with no other set-up. Axes that put the
+/// vehicle on its back are never proposed.
 ///
-/// Runs the estimator over a part of the log a dozen times, but only where the fixes are inconsistent with `run`.
+/// Runs the estimator over a part of the log a dozen times, but only if the fixes contradict `run`.
 #[must_use]
 pub fn alternative(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<SetupFinding> {
     let trial = Trial::of(dataset, config, run)?;

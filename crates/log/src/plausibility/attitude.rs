@@ -1,4 +1,4 @@
-//! The gyros against the unit's own attitude.
+//! Check of the gyros against the attitude that the inertial unit computes.
 
 use std::f64::consts::TAU;
 
@@ -12,17 +12,17 @@ use crate::rates::Rates;
 const OVER_S: f64 = 0.5;
 /// Smallest rms rate of the gyros, rad/s.
 const LEAST_RADPS: f64 = 0.008;
-/// Smallest share of the attitude's motion that the fit has to explain.
+/// Smallest fraction of the attitude's motion that the fit has to explain.
 const EXPLAINED: f64 = 0.5;
 /// Plausible scales of the gyros.
 const SCALES: std::ops::Range<f64> = 0.6..1.6;
-/// Plausible scales if the fit explains the share [`WELL_EXPLAINED`].
+/// Plausible scales if the fit explains the fraction [`WELL_EXPLAINED`].
 const NEAR_SCALES: std::ops::Range<f64> = 0.77..1.3;
-/// Explained share from which the narrower range applies.
+/// Explained fraction from which [`NEAR_SCALES`] applies.
 const WELL_EXPLAINED: f64 = 0.8;
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
-/// Mean gyro rates, and the rates of the attitude.
+/// Mean gyro rates, and the rates of the inertial unit's own attitude.
 pub(super) struct Turning {
     regression: Regression<3>,
     /// The largest angle of the attitude, rad.
@@ -38,7 +38,7 @@ impl Default for Turning {
 }
 
 impl Turning {
-    /// Adds a sample, with the unit's own attitude.
+    /// Adds a sample, with the inertial unit's own attitude.
     pub fn push(&mut self, at: &Rates, attitude: Option<EulerAngles>) {
         if let Some(EulerAngles { roll_rad, pitch_rad, yaw_rad }) = attitude {
             let angles = [roll_rad, pitch_rad, yaw_rad];
@@ -77,7 +77,7 @@ impl Turning {
         self.regression.push(turn, change.to_array().map(|angle_rad| angle_rad / length_s));
     }
 
-    /// Judges the gyros by the attitude; false without an attitude to compare with.
+    /// Judges the gyros by the attitude. Returns false without an attitude for comparison.
     pub fn check(&self, found: &mut Vec<SetupFinding>) -> bool {
         with_attitude(&self.regression, self.largest_rad, found)
     }
@@ -96,7 +96,7 @@ fn with_attitude(
     let diagonal = [0, 1, 2].map(|axis| fit.matrix[axis][axis]);
     let key = |text: &str| format!("write {text} under [imu] in dataset.toml");
     let is_slow = diagonal.iter().all(|scale| (0.012..0.025).contains(scale));
-    // An angle of a full circle in radians, but read as degrees.
+    // Angles up to a full circle in radians, read as degrees.
     if is_slow && largest_rad <= TAU.to_radians() {
         found.push(SetupFinding {
             sensor: Sensor::UnitAttitude,

@@ -1,4 +1,4 @@
-//! The barometer's heights against those of the fixes: units and sign.
+//! Check of the barometer's heights against those of the fixes: units and sign.
 
 use std::collections::BTreeMap;
 
@@ -8,16 +8,17 @@ use crate::finding::{Sensor, SetupFinding};
 
 /// Length of the parts over which heights are averaged, s; changes between successive parts are compared.
 const PART_S: f64 = 10.0;
-/// Smallest number of changes.
+/// Smallest number of changes that are compared.
 const LEAST_COUNT: usize = 6;
 /// Smallest rms of the changes of the fixes' heights, m.
 const LEAST_M: f64 = 1.5;
-/// Smallest share of the fixes' height changes that the barometer explains.
+/// Smallest fraction of the fixes' height changes that the barometer explains.
 const EXPLAINED: f64 = 0.7;
 /// Smallest deviation of the scale from 1, in one-sigmas.
 const SIGMAS: f64 = 6.0;
 
-/// Likely contents of a column: range of the scale from its changes to those of the fixes, description, remedy.
+/// Likely contents of a column: range of the scale from the column's changes to those of the fixes' heights,
+/// description, remedy.
 const CAUSES: [(std::ops::Range<f64>, &str, &str); 7] = [
     (0.25..0.37, "altitude_m in feet, expected metres", "multiply altitude_m by 0.3048"),
     (0.0085..0.0115, "altitude_m in centimetres, expected metres", "divide altitude_m by 100"),
@@ -35,7 +36,7 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     if changes.len() < LEAST_COUNT || (squares / changes.len() as f64).sqrt() < LEAST_M {
         return;
     }
-    // Regression on the barometer, which scatters less.
+    // The barometer is the independent variable of the regression, because it scatters less.
     let Some(Scale { scale, sigma, explained }) = Scale::of(&changes) else { return };
     if explained < EXPLAINED || (scale - 1.0).abs() < SIGMAS * sigma {
         return;

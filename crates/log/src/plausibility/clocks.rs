@@ -7,19 +7,19 @@ use crate::statistics::median_interval_s;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
 
-/// Share of the declared rate below which samples are missing.
+/// Fraction of the declared rate below which samples are missing.
 const WHOLE: f64 = 0.8;
 /// Description of a log that holds only some of the samples.
 const THINNED: &str =
     "a log thinned to save space, in which rotation and vibration between the samples are lost";
 
-/// Loss of increments at low rates.
+/// Effect of low rates on increments, in words.
 const COARSE: &str = "increments at this rate lose the coning and sculling within each of them";
-/// Longest interval of a receiver's fixes, s.
+/// Longest plausible interval between fixes, s.
 const SLOWEST_FIXES_S: f64 = 30.0;
-/// Shortest apparent interval of fixes whose times are in milliseconds, s.
+/// Shortest apparent interval between fixes whose times are in milliseconds, s.
 const IN_MILLISECONDS_S: f64 = 35.0;
-/// Smallest shared part of the longer span for which fixes and samples have one clock and unit.
+/// Smallest overlap of fixes and samples, as a fraction of the longer span, at which both have one clock and unit.
 const SHARED: f64 = 0.5;
 
 pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
@@ -41,10 +41,11 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
 
 /// Longest interval of any inertial unit, s.
 const SLOWEST_UNIT_S: f64 = 0.05;
-/// Number of samples whose times show their rounding.
+/// Number of samples whose times are examined for rounding.
 const ROUNDED_SAMPLES: usize = 1000;
 
-/// Distance between neighbouring single-precision numbers at the size of the times, s, if all times are such numbers.
+/// Interval between neighbouring single-precision numbers at the size of the times, s; `None` unless all times are such
+/// numbers.
 fn single_precision_s(dataset: &Dataset) -> Option<f64> {
     let mut times = dataset.samples().take(ROUNDED_SAMPLES).map(|sample| sample.time.seconds());
     let first_s = times.next().filter(|first_s| *first_s > 1.0)?;
@@ -56,7 +57,7 @@ fn single_precision_s(dataset: &Dataset) -> Option<f64> {
 fn rounded(to_s: f64) -> SetupFinding {
     SetupFinding {
         sensor: Sensor::InertialUnit,
-        // A unit of 128 Hz has such times too.
+        // The times of an inertial unit at 128 Hz are such numbers too.
         is_certain: to_s > SLOWEST_UNIT_S,
         found: format!("times rounded to {to_s} s: many samples have one time"),
         cause: "t_s in single precision (float32), which holds seven digits".into(),
@@ -64,15 +65,15 @@ fn rounded(to_s: f64) -> SetupFinding {
     }
 }
 
-/// Apparent unit of the times of samples and fixes.
+/// Likely unit of the times of samples and fixes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum TimeUnit {
     Seconds,
     Milliseconds,
 }
 
-/// Unit of the times from the rate of the fixes. `None` if it is ambiguous, or if fixes and samples share too little of
-/// their spans.
+/// Likely unit of the times, from the rate of the fixes. `None` if the unit is ambiguous, or if the spans of fixes and
+/// samples overlap too little.
 fn unit_of_times(dataset: &Dataset) -> Option<TimeUnit> {
     let times: Vec<Time> = dataset.fixes.iter().map(|fix| fix.time).collect();
     let interval_s = median_interval_s(&times)?;
@@ -182,6 +183,7 @@ fn clock_error(imu: (f64, f64), gps: (f64, f64)) -> String {
     }
     /// 6 January 1980 in seconds since 1970.
     const GPS_EPOCH_S: f64 = 315_964_800.0;
+    /// Length of a week, s.
     const WEEK_S: f64 = 604_800.0;
     let length_s = (imu.1 - imu.0).max(gps.1 - gps.0).max(60.0);
     let apart_s = (gps.0 - imu.0).abs();

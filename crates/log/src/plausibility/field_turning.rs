@@ -1,4 +1,4 @@
-//! Magnetometer against gyros: the Earth's field does not turn while the vehicle does.
+//! Check of the magnetometer against the gyros: the Earth's field does not turn with the vehicle.
 
 use hovernav::frames::{Body, Rotation, Vector};
 use hovernav::time::Time;
@@ -12,7 +12,7 @@ const NOTED_S: f64 = 0.05;
 const OVER_S: f64 = 1.0;
 /// Smallest turn that is compared, rad.
 const LEAST_TURN_RAD: f64 = 0.03;
-/// Smallest number of comparisons.
+/// Smallest number of comparisons for a judgement.
 const LEAST: usize = 30;
 /// Smallest sum of the squared relative changes of the field.
 const LEAST_TURNED: f64 = 0.2;
@@ -20,7 +20,7 @@ const LEAST_TURNED: f64 = 0.2;
 const BETTER: f64 = 0.2;
 /// Largest squared residual of the right order and signs, relative to the field's changes.
 const EXPLAINED: f64 = 0.3;
-/// Intervals between samples beyond which a turn may be hidden, s.
+/// Interval between samples above which a turn may be missed, s.
 const GAP_S: f64 = 0.3;
 
 /// Orders and signs of a magnetometer's axes to be tried. A change of all three signs at once cannot be observed, so
@@ -35,10 +35,10 @@ const OTHERS: [([usize; 3], [f64; 3], &str); 7] = [
     ([2, 1, 0], [1.0, 1.0, 1.0], "x and z swapped"),
 ];
 
-/// Turns by the gyros, with the fields measured meanwhile.
+/// Turns according to the gyros, and the magnetic fields measured during them.
 #[derive(Default)]
 pub(super) struct FieldTurning {
-    /// Rotation from the body to its first attitude, by the gyros alone.
+    /// Rotation from the current body axes to the first ones, from the gyros alone.
     body_to_start: Option<(Time, Rotation<Body, Body>)>,
     noted: Vec<(Time, Rotation<Body, Body>)>,
     fields: Vec<(Time, Vector<Body>)>,
@@ -64,7 +64,8 @@ impl FieldTurning {
         }
     }
 
-    /// Judges the magnetometer's axes by the fields that came with the samples, or by those `apart` from them.
+    /// Judges the magnetometer's axes by the fields `apart` of a separate magnetometer, otherwise by the fields that
+    /// came with the samples.
     pub fn check(&self, apart: &[(Time, Vector<Body>)], found: &mut Vec<SetupFinding>) {
         let fields = if apart.is_empty() { &self.fields[..] } else { apart };
         let mut left = [0.0; 1 + OTHERS.len()];

@@ -1,4 +1,4 @@
-//! The fixes' positions against their own velocity: units, signs, order.
+//! Check of the fixes' positions against their own velocity: units, signs, order.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,23 +13,23 @@ use crate::finding::{Sensor, SetupFinding};
 const HORIZONTAL_S: f64 = 4.0;
 /// Time over which vertical displacements are compared, s.
 const VERTICAL_S: f64 = 8.0;
-/// Smallest change of the velocity, m/s rms.
+/// Smallest change of the velocity that is judged, m/s rms.
 const LEAST_MPS: f64 = 0.4;
-/// Smallest share of the displacements that the fit has to explain.
+/// Smallest fraction of the displacements that the fit has to explain.
 const EXPLAINED: f64 = 0.6;
-/// Sine of the angle between velocity and displacement beyond which the velocity is of another time.
+/// Sine of the angle between velocity and displacement above which the velocity belongs to another time.
 const TURNED: f64 = 0.25;
-/// Least scale of a velocity in m/s, divided by the explained share: noise reduces a scale at most to that share. A
-/// smaller scale has another unit.
+/// Smallest scale of a velocity in m/s, divided by the explained fraction: noise reduces a scale at most to that
+/// fraction. A smaller scale means another unit.
 const SMALLER: f64 = 0.75;
-/// Smallest plausible scale of a sound receiver.
+/// Smallest plausible scale of an intact receiver.
 const LEAST_SCALE: f64 = 0.6;
 /// Courses closer than this, rad (12°), are equal. The scale of a displacement depends on the latitude, which may be
 /// wrong.
 const ALIKE_RAD: f64 = 0.2;
 /// Range of heights at which helicopters and drones fly, m.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;
-/// Largest share of fixes outside [`HEIGHTS_M`] without a finding.
+/// Largest fraction of fixes outside [`HEIGHTS_M`] without a finding.
 const OUTSIDE: f64 = 0.3;
 
 /// Velocity units with their size in m/s.
@@ -41,7 +41,7 @@ const UNITS: [(f64, &str); 6] = [
     (0.01, "cm/s"),
     (0.001, "mm/s"),
 ];
-/// Least distance from 0° N 0° E, degrees, of coordinates that may be radians: closer ones come from a simulation.
+/// Smallest distance from 0° N 0° E, degrees, of coordinates that may be radians. Closer ones come from a simulation.
 const LEAST_RADIANS: f64 = 0.05;
 /// One degree in radians: the scale of displacements whose coordinates are radians read as degrees.
 const DEGREE: f64 = PI / 180.0;
@@ -117,7 +117,7 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     } else if let Some(unit) = unit_of(&[nn, ee], explained[0].min(explained[1])) {
         found.push(in_unit(sizes, unit));
     } else if [(nn, explained[0]), (ee, explained[1])].iter().any(|&(scale, explained)| {
-        // Noise of the velocity reduces a scale, at most to the explained share.
+        // Noise of the velocity reduces a scale, at most to the explained fraction.
         !(LEAST_SCALE * explained..1.6).contains(&scale)
     }) {
         let cause = "coordinates or velocity of a wrong unit";
@@ -173,7 +173,7 @@ fn near(value: f64, expected: f64) -> bool {
     (0.75..1.33).contains(&(value / expected))
 }
 
-/// Velocity unit that matches all `scales`; `explained` is the smallest explained share of the displacements.
+/// Velocity unit that matches all `scales`; `explained` is the smallest explained fraction of the displacements.
 fn unit_of(scales: &[f64], explained: f64) -> Option<&'static str> {
     let largest = scales.iter().copied().fold(f64::MIN, f64::max);
     let of_size = |(size, _): &&(f64, _)| scales.iter().all(|&scale| near(scale, *size));
@@ -234,12 +234,12 @@ fn in_radians(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     }
 }
 
-/// Checks for positions and velocities of different times, one or two fixes apart, as from a logger that joins two
-/// messages. With more than a few fixes a second the filter itself finds the offset.
+/// Checks for positions and velocities of different times, one or two fixes apart, as when a logger joins two messages.
+/// With more than a few fixes a second the filter itself finds the offset.
 fn epochs(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     /// Intervals of fixes to be checked, s: shorter ones are left to the filter, longer ones are gaps.
     const INTERVALS_S: std::ops::Range<f64> = 0.4..3.0;
-    /// Smallest number of fixes.
+    /// Smallest number of fixes for a judgement.
     const LEAST: f64 = 30.0;
     /// Smallest rms difference between velocity and displacement rate, m/s.
     const LEAST_OFF_MPS: f64 = 0.5;

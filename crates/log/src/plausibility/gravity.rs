@@ -1,4 +1,4 @@
-//! Gravity: size and direction of the mean specific force.
+//! Check of gravity: size and direction of the mean specific force.
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2 as G;
 use hovernav::gps::Fix;
@@ -12,27 +12,27 @@ use crate::statistics::quantile;
 
 /// Time over which vibration averages out, s.
 const MEAN_S: f64 = 1.0;
-/// Range of the median of the means in any flight, g; outside it an error is certain.
+/// Possible range of the median of the one-second means in any flight, g; outside it an error is certain.
 const POSSIBLE: (f64, f64) = (0.75, 1.6);
-/// Range outside which an error is likely, g.
+/// Usual range of that median, g; outside it an error is likely.
 const USUAL: (f64, f64) = (0.85, 1.35);
 /// Largest acceleration according to the fixes, m/s², at which the specific force counts as gravity.
 const STEADY_MPS2: f64 = 0.3;
-/// Interval over which the fixes give that acceleration, s; they may be up to twice as far apart.
+/// Interval over which the acceleration is computed from the fixes, s. Two fixes may be up to twice as far apart.
 const STEADY_OVER_S: f64 = 2.0;
-/// Smallest number of seconds with such a small acceleration.
+/// Smallest number of seconds with an acceleration below [`STEADY_MPS2`].
 const LEAST_STEADY: usize = 20;
-/// Relative error of the specific force beyond the bias of any sound inertial unit.
+/// Relative error of the specific force that exceeds the bias of any intact inertial unit.
 const SCALE_OFF: f64 = 0.05;
-/// Cosine of the angle from the vertical within which a vehicle spends its flight, 60°.
+/// Cosine of 60°, the angle from the vertical within which a vehicle spends its flight.
 const UPRIGHT: f64 = 0.5;
 
-/// Least length of the mean direction of the specific force, 0 to 1, at which the force has a usual direction.
+/// Smallest length of the mean direction of the specific force, 0 to 1, at which the force has a usual direction.
 const STEADY: f64 = 0.7;
 
 /// Cosine of the angle from the vertical, 20°, beyond which the inertial unit is mounted askew.
 const ASKEW: f64 = 0.94;
-/// Least length of the mean direction, 0 to 1, at which a tilt is one of the mounting: no vehicle is tilted all the
+/// Smallest length of the mean direction, 0 to 1, at which a tilt comes from the mounting: no vehicle is tilted all the
 /// time.
 const ASKEW_STEADY: f64 = 0.97;
 
@@ -63,7 +63,7 @@ impl Means {
         done
     }
 
-    /// Mean of the current second, which it ends.
+    /// Ends the current second, and returns its mean.
     fn finish(&mut self) -> Option<Second> {
         let emptied = Self { first: self.first, ..Self::default() };
         let Self { second, force_mps2, count, .. } = std::mem::replace(self, emptied);
@@ -106,7 +106,8 @@ impl Gravity {
         }
     }
 
-    /// Mean up direction in the body; `None` without a steady direction, as of a vehicle that also flies on its back.
+    /// Mean up direction in the body; `None` without a steady direction, for example if the vehicle also flies on its
+    /// back.
     pub fn up(&self) -> Option<[f64; 3]> {
         let is_steady = norm(self.directions) >= STEADY * self.seconds.len() as f64;
         is_steady.then(|| self.sum.map(|component| component / norm(self.sum).max(1e-12)))
@@ -249,7 +250,7 @@ fn direction(sum: [f64; 3], count: usize, found: &mut Vec<SetupFinding>) {
             )
         }
     };
-    // An inertial unit may well be mounted half-way between two axes.
+    // An inertial unit may be mounted half-way between two axes.
     let is_certain = up[axis].abs() > 0.85;
     found.push(SetupFinding {
         sensor: Sensor::InertialUnit,
@@ -294,8 +295,8 @@ mod tests {
 
     use super::*;
 
-    /// Findings for a vehicle that stands, then circles at a third more than gravity, with accelerometers that read
-    /// `scale_by` times the specific force.
+    /// Findings for a vehicle that stands, then circles with 1.33 times gravity. Its accelerometers read `scale_by`
+    /// times the specific force.
     fn found(scale_by: f64) -> Vec<SetupFinding> {
         let place = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
         let (mut seconds, mut fixes, mut found) = (Vec::new(), Vec::new(), Vec::new());

@@ -1,4 +1,4 @@
-//! The magnetic field against the World Magnetic Model.
+//! Check of the magnetic field against the World Magnetic Model.
 
 use super::regression::norm;
 use crate::dataset::Dataset;

@@ -1,7 +1,8 @@
-//! Whether a log matches its set-up: units, signs, axes, clocks.
+//! Check of a log against its set-up: units, signs, axes, clocks.
 //!
-//! References that need no estimator: gravity, the unit's own attitude, the fixes' own velocity, the Earth's magnetic
-//! field. Only certain or nearly certain errors are reported: false alarms would teach users to ignore the messages.
+//! The references need no estimator: gravity, the inertial unit's own attitude, the fixes' own velocity, the Earth's
+//! magnetic field. Only certain or nearly certain errors are reported: false alarms would teach users to ignore the
+//! messages.
 
 mod alternatives;
 mod attitude;
@@ -115,7 +116,7 @@ impl Dataset {
     }
 }
 
-/// Finding for gyros that turn while gravity hardly does.
+/// Finding for gyro rates in degrees: the gyros report turns of which gravity shows only a small part.
 fn in_degrees(fault: &SetupFault) -> Option<SetupFinding> {
     let SetupFault::RatesInDegrees { reported_rad, seen_rad } = fault else { return None };
     Some(SetupFinding {

@@ -1,4 +1,4 @@
-//! Velocity and displacement of the fixes, over successive parts; parts with implausible positions are skipped.
+//! Velocity and displacement of the fixes over successive parts of a log; parts with implausible positions are skipped.
 
 use std::ops::Range;
 
@@ -9,7 +9,8 @@ use crate::statistics::quantile;
 
 /// Acceleration between positions beyond which a part is implausible, m/s² rms.
 const JUMPY_MPS2: f64 = 10.0;
-/// Such an acceleration in multiples of that in the quietest quarter of the parts.
+/// Ratio of this acceleration to that in the quietest quarter of the parts, above which a part is implausible. The
+/// larger limit applies.
 const JUMPY_TIMES: f64 = 6.0;
 
 /// Mean velocity and displacement rate, NED, m/s, over parts of about `length_s`, for the axes from `from_axis` on.
@@ -55,12 +56,12 @@ pub(super) fn pairs<const D: usize>(
 /// Accelerations between successive positions, m/s², squared, at each fix.
 struct Jumps {
     squares: Vec<f64>,
-    /// Largest mean square within a part.
+    /// Largest plausible mean square within a part.
     largest: f64,
 }
 
 impl Jumps {
-    /// Jumps of fixes whose parts last about `length_s`.
+    /// Accelerations of `fixes`, for parts of about `length_s`.
     fn of(fixes: &[Fix], length_s: f64) -> Self {
         let velocity = |from: &Fix, to: &Fix| {
             let moved = to.position.displacement_from(&from.position).to_array();

@@ -16,9 +16,9 @@ pub(super) struct Regression<const D: usize> {
 /// Result of a regression.
 #[derive(Clone, Debug)]
 pub(super) struct Fit<const D: usize> {
-    /// Row by row, from measured to expected.
+    /// Matrix from measured to expected values, row by row.
     pub matrix: [[f64; D]; D],
-    /// Share of each expected component that the fit explains, 0 to 1.
+    /// Fraction of each expected component that the fit explains, 0 to 1.
     pub explained: [f64; D],
 }
 
@@ -101,7 +101,7 @@ pub(crate) struct Scale {
     /// `y / x`, and its one-sigma.
     pub scale: f64,
     pub sigma: f64,
-    /// Share of y that it explains, 0 to 1.
+    /// Fraction of y that the scale explains, 0 to 1.
     pub explained: f64,
 }
 
@@ -120,31 +120,32 @@ impl Scale {
     }
 }
 
-/// Smallest number of pairs.
+/// Smallest number of pairs for a fit.
 const LEAST: f64 = 12.0;
-/// Smallest number of pairs for each entry of a row.
+/// Smallest number of additional pairs for each entry of a row.
 const LEAST_EACH: f64 = 4.0;
-/// Share of the pairs that a [`fit`] ignores.
+/// Fraction of the pairs that [`fit`] ignores.
 const TRIMMED: f64 = 0.2;
-/// Smallest share of a component's independent spread in the spread of all components: an error in one of two
+/// Smallest independent spread of a component, as a fraction of the spread of all components. An error in one of two
 /// components shows in the other.
 const ALONE: f64 = 0.15;
 /// Rounds in which the pairs that follow the fit are chosen.
 const ROUNDS: usize = 6;
 /// Largest residual of a pair that follows the fit, in median residuals.
 const NEAR: f64 = 4.0;
-/// Largest residual of a pair that follows the fit, as a share of the pair's size; the larger limit applies.
+/// Largest residual of a pair that follows the fit, as a fraction of the pair's size; the larger of the two limits
+/// applies.
 const SHARE: f64 = 0.3;
 /// Size of a pair, in median residuals, above which the pair counts as moving.
 const MOVES: f64 = 3.0;
-/// Smallest share of the moving pairs that follow the fit.
+/// Smallest fraction of the moving pairs that follow the fit.
 const FOLLOWED: f64 = 0.5;
 /// Smallest number of moving pairs.
 const LEAST_MOVING: usize = 3;
 
 /// Fit that most of the moving pairs `(x, y)` follow, each with one vote. The fifth of the pairs with the largest
-/// residuals is ignored. So a receiver that jumps or freezes for a minute does not look like a wrong unit. Zero is
-/// `explained` if too few of the moving pairs follow. `None` as in [`Regression::fit`].
+/// residuals is ignored. So a receiver that jumps or freezes for a minute does not look like a wrong unit. `explained`
+/// is zero if too few of the moving pairs follow. `None` as in [`Regression::fit`].
 pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) -> Option<Fit<D>> {
     let whole = Regression::of(pairs);
     whole.fit(least.max(ALONE * whole.spread()))?;
@@ -169,7 +170,7 @@ pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) ->
     Some(fit)
 }
 
-/// One pair against a fit.
+/// One pair compared with a fit.
 struct Against {
     residual: f64,
     follows: bool,

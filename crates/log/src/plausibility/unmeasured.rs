@@ -1,4 +1,4 @@
-//! Unfilled velocity columns: velocities of exactly zero while the positions move.
+//! Velocity columns that are not filled: velocities of exactly zero while the positions move.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -23,9 +23,9 @@ const UNSTEADY: f64 = 1.0 / 3.0;
 /// Velocities of exactly zero that no sensor measured.
 #[derive(Debug)]
 pub(crate) struct Unmeasured {
-    /// For each fix, horizontal and vertical.
+    /// For each fix, whether its horizontal and its vertical velocity are unmeasured zeros.
     zeros: Vec<[bool; 2]>,
-    /// Largest distance of the positions from the first of such fixes, m, horizontal and vertical.
+    /// Largest distance of such fixes from the first one, m, horizontal and vertical.
     moved_m: [f64; 2],
 }
 
@@ -39,7 +39,7 @@ impl Unmeasured {
         for run in runs(fixes, level) {
             if let Some(far_m) = moved(&fixes[run.clone()], [0, 1], LEAST_M[0]) {
                 moved_m[0] = moved_m[0].max(far_m);
-                // A measured velocity has noise.
+                // A measured velocity has noise, so a vertical velocity of exactly zero is unmeasured too.
                 run.for_each(|index| zeros[index] = [true, down(&fixes[index])]);
             }
         }
@@ -69,7 +69,7 @@ impl Unmeasured {
         fixes
     }
 
-    /// Finding for the unmeasured velocities of `fixes`.
+    /// Finding for the unmeasured velocities among `fixes`.
     pub fn finding(&self, fixes: &[Fix]) -> SetupFinding {
         let count =
             |is_one: fn(&[bool; 2]) -> bool| self.zeros.iter().filter(|zero| is_one(zero)).count();
@@ -107,7 +107,7 @@ impl Unmeasured {
     }
 }
 
-/// Runs of successive fixes that are `zero`.
+/// Runs of successive fixes for which `zero` holds.
 fn runs(fixes: &[Fix], zero: impl Fn(&Fix) -> bool) -> Vec<Range<usize>> {
     let mut start = 0;
     let chunks = fixes.chunk_by(|a, b| zero(a) == zero(b)).map(|run| {
@@ -145,8 +145,8 @@ fn moved<const D: usize>(run: &[Fix], axes: [usize; D], least_m: f64) -> Option<
     (moving >= LEAST_MOVING).then_some(far_m)
 }
 
-/// Median positions of the first and the last third of a part, m. Median distance of its fixes from a motion at
-/// constant velocity between them, m.
+/// Median positions in the first and the last third of a part, m. Also the median distance, m, of the part's fixes from
+/// a motion at constant velocity between these positions.
 struct Ends<const D: usize> {
     first: [f64; D],
     last: [f64; D],

@@ -11,7 +11,7 @@ use hovernav::glam::{DQuat, DVec3};
 pub struct Alignment {
     /// The turn about the vertical, clockwise from above, rad.
     pub yaw_rad: f64,
-    /// Number of times that both have.
+    /// Number of times that the trajectory and the reference have in common.
     pub moments: usize,
     /// Root mean square of the remaining distances, m.
     pub rms_m: f64,

@@ -14,10 +14,9 @@ use hovernav::time::Time;
 pub struct Trajectory {
     /// Position, velocity and attitude at each time.
     pub solutions: Vec<Solution>,
-    /// Position at each time, m, north, east and down of an origin that the file does not name; empty if positions are
-    /// on Earth.
+    /// Position at each time, m, north, east and down of a local origin; empty if positions are on Earth.
     pub local_m: Vec<Vector<Ned>>,
-    /// Position of that origin, if a comment in the file names it, as in our own TUM export.
+    /// Position of the local origin, if a comment in the file states it, as in our own TUM export.
     pub origin: Option<Geodetic>,
     /// Repairs and skipped rows while reading, one plain sentence each.
     pub warnings: Vec<String>,
@@ -85,26 +84,27 @@ impl Trajectory {
         Self { solutions, local_m: Vec::new(), origin: None, warnings: Vec::new() }
     }
 
-    /// Whether its positions are metres from an unknown origin.
+    /// Whether the positions are metres from an unknown origin.
     #[must_use]
     pub fn is_local(&self) -> bool {
         !self.local_m.is_empty()
     }
 
-    /// Whether the file contains positions on Earth, or the origin of its metres.
+    /// Whether the file contains positions on Earth, or the origin of its local positions.
     #[must_use]
     pub fn is_placed(&self) -> bool {
         !self.is_local() || self.origin.is_some()
     }
 
-    /// Places a local trajectory at the origin that its file names; without one, it stays local.
+    /// Converts a local trajectory to positions on Earth, at the origin that its file states; without one, it stays
+    /// local.
     pub fn place_as_named(&mut self) {
         if let Some(origin) = self.origin {
             self.place(&origin);
         }
     }
 
-    /// Places a local trajectory at `origin`; a trajectory on Earth stays unchanged.
+    /// Converts a local trajectory to positions on Earth, at `origin`; a trajectory on Earth stays unchanged.
     pub fn place(&mut self, origin: &Geodetic) {
         for (solution, offset_m) in self.solutions.iter_mut().zip(std::mem::take(&mut self.local_m))
         {

@@ -82,7 +82,7 @@ fn of_table(mut table: Table, remarks: &mut Remarks) -> Result<Vec<Solution>, Lo
     Ok(rows.in_time_order(|solution| &mut solution.time, table.path(), steps, remarks)?.0)
 }
 
-/// A row of `solution.csv` without its time.
+/// Solution at `time` from the other values of a row of `solution.csv`.
 fn of_values(time: Time, values: &[f64; 30]) -> Solution {
     let three = |first: usize| [values[first], values[first + 1], values[first + 2]];
     let [latitude_deg, longitude_deg, height_m] = three(0);
@@ -105,7 +105,7 @@ fn of_values(time: Time, values: &[f64; 30]) -> Solution {
     }
 }
 
-/// Lines of TUM, separated by blanks, or of EuRoC, separated by commas.
+/// Reads lines of TUM, separated by blanks, or of EuRoC, separated by commas.
 fn of_lines(
     path: &Path,
     bytes: &[u8],

@@ -23,7 +23,7 @@ pub(super) struct Motion<T> {
 pub(super) struct Drive<T> {
     /// Speed of the rotors divided by the nominal speed, above 0; the tail rotor is geared to the main rotor.
     pub speed: T,
-    /// Whether an engine drives the rotors; the fuselage reacts its torque.
+    /// Whether an engine drives the rotors. If so, the reaction to its torque acts on the fuselage.
     pub powered: bool,
 }
 
@@ -42,7 +42,7 @@ pub(super) struct Change<T> {
     pub flapping: [T; 2],
     pub bar: [T; 2],
     pub specific_force: [T; 3],
-    /// Torque at the main shaft that keeps both rotors at their speed, N·m.
+    /// Torque at the main shaft that keeps both rotors at constant speed, N·m.
     pub torque_nm: T,
 }
 
@@ -87,7 +87,7 @@ impl Disc {
     /// Inflow ratio in axial flow, where the momentum balance 2(x − m)|x| = slope·(pitch − x/2) is a
     /// quadratic: `pitch` is θ/3, `climb` is m.
     ///
-    /// The solution belongs to a rotor that thrusts against its own inflow. It continues without a jump into a steep
+    /// The chosen root is that of a rotor whose thrust opposes its induced velocity. It is continuous up to a steep
     /// descent, where momentum theory is invalid.
     ///
     /// # Source
@@ -108,8 +108,8 @@ impl Disc {
         if reversed { -root } else { root }
     }
 
-    /// Inflow ratio in any flow, from Glauert's balance 2(x − m)√(μ² + x²) = slope·(pitch − x/2), by Newton's method
-    /// from the axial solution; exact in axial flow.
+    /// Inflow ratio in any flow, from Glauert's balance 2(x − m)√(μ² + x²) = slope·(pitch − x/2). Newton's method
+    /// starts at the axial solution, which is exact in axial flow.
     ///
     /// # Source
     /// Equation (V3) of docs/equations.md.
@@ -134,14 +134,15 @@ impl Disc {
 }
 
 impl Disc {
-    /// Inflow ratio in a steep descent, from a momentum balance with air carried off by turbulence: 2(x − m)√(μ² + x² +
-    /// s²) = slope·(pitch − x/2). The term s² is |C_T|/6 times the share `disturbed`, 0 to 1.
+    /// Inflow ratio in a steep descent, from a momentum balance with a turbulence term s²: 2(x − m)√(μ² + x² + s²) =
+    /// slope·(pitch − x/2). The term s² is |C_T|/6 times `share`, the disturbance of the balance, 0 to 1.
     ///
-    /// Downflow turns to upflow without a jump, unlike in Glauert's balance alone, whose left side falls where the flow
-    /// through the disc vanishes. The root is found by bisection, with a fixed number of steps like Newton's method.
+    /// The flow through the disc reverses without a jump. Without the turbulence term it would jump, because the left
+    /// side decreases where the flow through the disc vanishes. The root is found by bisection with a fixed number of
+    /// steps.
     ///
     /// # Source
-    /// The turbulence term is an assumption of this project, and [`TURBULENT`] its size. Equation (V19) of
+    /// The turbulence term is an assumption of this project; [`TURBULENT`] is its size. Equation (V19) of
     /// docs/equations.md.
     fn descent_inflow<T: Real>(&self, pitch: T, climb: T, advance_squared: T, share: f64) -> T {
         const HALVINGS: usize = 50;
@@ -157,7 +158,7 @@ impl Disc {
             let middle = 0.5 * (low + high);
             if excess(middle) < 0.0 { low = middle } else { high = middle }
         }
-        // One Newton step gives the root its derivative.
+        // One Newton step adds the derivative of the root.
         let x = T::constant(0.5 * (low + high));
         let coefficient = (pitch - x * 0.5) * k;
         let through =
@@ -170,18 +171,20 @@ impl Disc {
     }
 }
 
-/// Descent rates, in hover inflow, at which the wake begins to recirculate through the disc and does so completely.
+/// Descent rates, in units of the hover inflow, at which recirculation of the wake through the disc starts and is
+/// complete.
 const DISTURBED: [f64; 2] = [0.5, 1.5];
-/// Share of the momentum's velocity squared by which turbulence carries air off in a steep descent. A third puts the
-/// vertical autorotation near 1.8 times the induced velocity of hover.
+/// Size of the turbulence term in a steep descent, relative to |C_T|/2, the squared hover inflow. One third gives a
+/// vertical autorotation at about 1.8 times the induced velocity of hover.
 ///
 /// # Source
 /// Leishman, *Principles of Helicopter Aerodynamics* (2006), equations 12.7 to 12.11, after Harris (2003). The force on
-/// an autorotating rotor is 1.25 times its disc under the dynamic pressure of the descent. The rotor therefore sinks at
-/// 2/√1.25 = 1.79 induced velocities.
+/// an autorotating rotor is 1.25 times its disc area times the dynamic pressure of the descent. The rotor therefore
+/// sinks at 2/√1.25 = 1.79 induced velocities.
 const TURBULENT: f64 = 1.0 / 3.0;
 
-/// Disturbance of the momentum balance by a descent of `climb` (negative), in hover inflow, 0 to 1.
+/// Degree to which a descent disturbs the momentum balance, 0 to 1. `climb` is the climb rate in units of the hover
+/// inflow, negative in a descent.
 fn disturbed(climb: f64) -> f64 {
     let [from, to] = DISTURBED;
     let part = ((-climb - from) / (to - from)).clamp(0.0, 1.0);
@@ -196,7 +199,7 @@ const NEWTON_STEPS: usize = 4;
 pub(super) struct Constants {
     main: Disc,
     tail: Disc,
-    /// Inflow ratio of the main rotor that carries the weight at its nominal speed.
+    /// Inflow ratio of the main rotor in hover at its nominal speed.
     hover_inflow: f64,
     /// Speed of the tail rotor divided by that of the main rotor.
     tail_gear: f64,
@@ -242,7 +245,7 @@ impl Helicopter {
             .clamp(lowest, highest)
     }
 
-    /// The equations of motion without limits of the sticks.
+    /// The equations of motion without stick stops.
     ///
     /// # Source
     /// Equations (V1), (V2), (V5), (V6), (V7), (V8) and (V10) of docs/equations.md, with all tip speeds multiplied by
@@ -283,7 +286,8 @@ impl Helicopter {
             + con.tail.profile_torque)
             * speed_squared
             * (con.tail.torque_scale_nm * con.tail_gear);
-        // The fuselage reacts the engine's torque on the main rotor; without an engine the rotor turns freely.
+        // The reaction to the engine's torque on the main rotor acts on the fuselage. Without engine power the rotor
+        // turns freely.
         let borne = if powered { torque } else { T::constant(0.0) };
 
         let half_density = 0.5 * par.air_density_kgpm3;
@@ -344,7 +348,7 @@ impl Helicopter {
     }
 }
 
-/// Force of a surface on the flow across it: lift that grows with the flow along it, and drag.
+/// Force on a fin from the flow across it: lift, proportional to the flow along the fin, and drag.
 fn fin_force<T: Real>(fin: &Fin, half_density: f64, along: T, across: T) -> T {
     (along.abs() * fin.lift_slope_per_rad + across.abs()) * across * (-half_density * fin.area_m2)
 }

@@ -11,8 +11,10 @@ use crate::{Signal, StateSpace, TimeDomain};
 use hovernav::controls::Sticks;
 use hovernav::frames::{EulerAngles, Ned, Vector};
 
+/// Names of the states of the linear model.
 const STATES: [&str; 13] =
     ["u", "v", "w", "p", "q", "r", "phi", "theta", "psi", "a", "b", "c", "d"];
+/// Names of the inputs of the linear model.
 const STICKS: [&str; 4] = Sticks::NAMES;
 
 impl Helicopter {

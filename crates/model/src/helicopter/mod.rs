@@ -1,15 +1,16 @@
 //! A small helicopter in six degrees of freedom.
 //!
-//! Rigid body (Paw, 3.5–3.10) with a main rotor whose tip-path plane tilts with first-order lag (3.39–3.40), and a
-//! stabilizer bar in the form of Mettler. Hub forces and moments follow 3.41–3.49; thrust, torque and inflow come from
-//! blade-element and momentum theory. A tail rotor with a rate gyro, fuselage and fins complete the model. The rotor
-//! turns at its nominal speed unless [`Helicopter::driven`] sets another; this module does not model the governor.
+//! The model is a rigid body (Paw, 3.5–3.10) with a main rotor and a stabilizer bar. The tip-path plane of the main
+//! rotor tilts with first-order lag (3.39–3.40); the bar has the form of Mettler. Hub forces and moments follow
+//! 3.41–3.49; thrust, torque and inflow come from blade-element and momentum theory. A tail rotor with a rate gyro,
+//! fuselage and fins complete the model. The rotor turns at its nominal speed unless [`Helicopter::driven`] sets
+//! another; this module does not model the governor.
 //!
 //! The controls are [`Sticks`] about hover trim, limited to ±1. Signs follow the initial motion: lateral rolls right,
 //! longitudinal raises the nose, collective climbs, pedal turns the nose right.
 //!
-//! Valid from hover to slow flight, about 15 m/s, and down to sink rates at which the rotor still works against its own
-//! inflow. Beyond that the model stays finite and continuous but is not physical.
+//! Valid from hover to slow flight, about 15 m/s, and for sink rates at which the rotor still thrusts against its own
+//! inflow. Beyond these limits the model stays finite and continuous but is not physical.
 //!
 //! ```
 //! use hovernav::controls::Sticks;
@@ -83,17 +84,18 @@ pub struct StateDerivative {
     pub yaw_feedback_radps2: f64,
     /// Specific force at the centre of gravity, as an accelerometer there measures it, m/s².
     pub specific_force_mps2: Vector<Body>,
-    /// Torque at the main shaft that keeps both rotors at their speed, N·m; below 0 the air drives them.
+    /// Torque at the main shaft that keeps both rotors at constant speed, N·m; negative where the air drives them.
     pub rotor_torque_nm: f64,
 }
 
 /// Drive of the rotors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotorDrive {
-    /// Speed of the main rotor divided by its nominal speed; the tail rotor is geared to it. Limited to at least a
-    /// tenth: a slower rotor carries nothing.
+    /// Speed of the main rotor divided by its nominal speed; the tail rotor is geared to it. Limited to at least 0.1: a
+    /// slower rotor carries no weight.
     pub speed: f64,
-    /// Whether an engine drives the rotors; the fuselage reacts its torque. Otherwise they turn freely.
+    /// Whether an engine drives the rotors. If so, the reaction to its torque acts on the fuselage; otherwise the
+    /// rotors turn freely.
     pub powered: bool,
 }
 
@@ -102,7 +104,8 @@ impl RotorDrive {
     pub const NOMINAL: Self = Self { speed: 1.0, powered: true };
 }
 
-/// Smallest speed: a slower rotor carries nothing, and the equations divide by the speed.
+/// Lowest rotor speed divided by the nominal speed. A slower rotor carries no weight, and the equations divide by the
+/// speed.
 const SLOWEST: f64 = 0.1;
 
 /// Reasons for rejecting a helicopter or a trim.
@@ -122,13 +125,13 @@ pub enum HelicopterError {
          {residual} m/s² or rad/s² remain, expected none"
     )]
     NoTrim {
-        /// Requested airspeed, north, m/s.
+        /// North component of the requested velocity through the air, m/s.
         north_mps: f64,
-        /// East, m/s.
+        /// East component of the requested velocity through the air, m/s.
         east_mps: f64,
-        /// Down, m/s.
+        /// Down component of the requested velocity through the air, m/s.
         down_mps: f64,
-        /// Largest remaining derivative.
+        /// Norm of the remaining derivatives, m/s² and rad/s².
         residual: f64,
     },
     /// The trim needs a control beyond its stop.
@@ -136,7 +139,7 @@ pub enum HelicopterError {
     ControlAtStop {
         /// The control.
         control: &'static str,
-        /// Required position.
+        /// Position that the trim requires; the stops are at −1 and 1.
         value: f64,
     },
 }
@@ -167,7 +170,8 @@ impl Helicopter {
         &self.hover
     }
 
-    /// Stick positions in hover: all zero if the helicopter was rigged for these parameters. Beyond ±1 it cannot hover.
+    /// Stick positions in hover: all zero if the helicopter was rigged for these parameters. A helicopter with a
+    /// position beyond ±1 cannot hover.
     #[must_use]
     pub const fn hover_sticks(&self) -> Sticks {
         self.hover_sticks
@@ -186,8 +190,8 @@ impl Helicopter {
         self
     }
 
-    /// Derivative of `state` under `controls` in a wind of `wind_mps`, with the rotors at their nominal speed. Does not
-    /// allocate or panic; NaN in gives NaN out.
+    /// Time derivative of `state` with `controls` in the wind `wind_mps`, with the rotors at their nominal speed. It
+    /// does not allocate or panic. A NaN input gives a NaN output.
     #[must_use]
     pub fn derivative(
         &self,
@@ -198,7 +202,7 @@ impl Helicopter {
         self.driven(state, controls, wind_mps, RotorDrive::NOMINAL)
     }
 
-    /// The derivative with the rotors driven by `drive`.
+    /// As [`derivative`](Self::derivative), with the rotors driven by `drive`.
     #[must_use]
     pub fn driven(
         &self,
@@ -255,7 +259,7 @@ impl Helicopter {
 }
 
 impl HelicopterState {
-    /// At rest and level, heading north, without flapping.
+    /// State at rest and level, heading north, without flapping.
     pub const LEVEL: Self = Self {
         velocity_mps: Vector::ZERO,
         rate_radps: Vector::ZERO,
@@ -267,8 +271,8 @@ impl HelicopterState {
         yaw_feedback_radps: 0.0,
     };
 
-    /// This state after `interval_s` along `derivative`, by one classical fourth-order Runge-Kutta step. The quaternion
-    /// is normalised at the end.
+    /// This state integrated over `interval_s` by one classical fourth-order Runge-Kutta step. `derivative` returns the
+    /// derivative of a state. The quaternion is normalised at the end.
     #[must_use]
     pub fn integrated(
         &self,
@@ -290,7 +294,7 @@ impl HelicopterState {
         end
     }
 
-    /// This state moved along `change` for `interval_s`, without normalising the quaternion.
+    /// This state plus `change` times `interval_s`, without normalisation of the quaternion.
     fn moved(&self, change: &StateDerivative, interval_s: f64) -> Self {
         Self {
             velocity_mps: self.velocity_mps + change.velocity_mps2 * interval_s,

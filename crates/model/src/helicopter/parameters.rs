@@ -1,4 +1,4 @@
-//! Parameters of a helicopter, and those of the shipped 60-class one.
+//! Parameters of a helicopter, with the values of the shipped 60-class helicopter.
 
 use std::f64::consts::PI;
 
@@ -84,7 +84,7 @@ pub struct HelicopterParameters {
     pub hub_height_m: f64,
     /// Flapping restraint of the hub, N·m/rad (Kβ).
     pub hub_stiffness_nmprad: f64,
-    /// Flap-back of a real rotor with a bar as a part of the ideal rotor's (Kμ).
+    /// Ratio of the flap-back of a real rotor with a bar to that of an ideal rotor (Kμ).
     pub flap_back: f64,
     /// Blade flapping at full lateral stick without the bar, rad (Blat).
     pub lateral_cyclic_rad: f64,
@@ -102,7 +102,7 @@ pub struct HelicopterParameters {
     pub tail_height_m: f64,
     /// Yaw rate commanded by full pedal, rad/s.
     pub pedal_rate_radps: f64,
-    /// Gain of the tail's rate gyro: tail blade pitch per missing yaw rate, rad per rad/s.
+    /// Gain of the tail's rate gyro: tail blade pitch per yaw-rate error, rad per rad/s.
     pub gyro_gain_s: f64,
     /// Lowest and highest pitch of the tail blades, rad.
     pub tail_pitch_limits_rad: [f64; 2],
@@ -120,11 +120,11 @@ impl HelicopterParameters {
     ///
     /// # Source
     /// Mass and rotor diameter: Paw, table of the airframe. Blade chord, rotor speeds, tail geometry, lift slopes,
-    /// flapping inertia, hub height: typical of the class. The source is Gavrilets, Mettler and Feron, *Dynamic model
-    /// for a miniature aerobatic helicopter*, MIT LIDS P-2580, 2003, for an X-Cell 60. Inertias: theirs, increased for
-    /// the payload under the skids. The hub is softer than the X-Cell's aerobatic one, and the two bar gains differ.
-    /// The effective dampings, Lp = −(Kβ+hT)(τf+Bd τs)/Ixx and likewise Mq, are then near −8 and −12 1/s. Those follow
-    /// from Paw's printed transition matrix, read as a step at 33 Hz.
+    /// flapping inertia and hub height: typical of the class. They follow Gavrilets, Mettler and Feron, *Dynamic model
+    /// for a miniature aerobatic helicopter*, MIT LIDS P-2580, 2003, for an X-Cell 60. Inertias: those of the X-Cell,
+    /// increased for the payload under the skids. The hub is softer than the aerobatic hub of the X-Cell, and the two
+    /// bar gains differ. The effective dampings, Lp = −(Kβ+hT)(τf+Bd τs)/Ixx and likewise Mq, are then near −8 and −12
+    /// 1/s. Paw's printed matrix gives these dampings if it is a one-step matrix at 33 Hz.
     #[must_use]
     pub const fn raptor60() -> Self {
         Self {
@@ -197,7 +197,7 @@ impl HelicopterParameters {
             / (self.lock_number() * self.main_rotor.speed_radps.powi(2) * self.blade_inertia_kgm2)
     }
 
-    /// The first value out of its physical range: its name and value.
+    /// Name and value of the first parameter outside its physical range.
     pub(super) fn out_of_range(&self) -> Option<(&'static str, f64)> {
         let above_zero = [
             ("mass_kg", self.mass_kg),

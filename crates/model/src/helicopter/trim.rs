@@ -1,4 +1,4 @@
-//! Steady flight.
+//! Trim: the state and controls of a steady flight.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -20,8 +20,9 @@ pub struct Trim {
 /// Unknowns of a trim: roll, pitch, the two flapping angles, the two bar angles, then the four sticks.
 type Unknowns = SVector<f64, 10>;
 
+/// Largest number of iterations, of Newton's method and of the rigging.
 const MOST_STEPS: usize = 50;
-/// Largest derivative that counts as zero, m/s² or rad/s².
+/// Norm of the derivatives below which a flight counts as steady, m/s² and rad/s².
 const STEADY: f64 = 1e-10;
 
 impl Helicopter {
@@ -90,7 +91,8 @@ impl Helicopter {
         Ok(other)
     }
 
-    /// Steady straight flight over the ground at `velocity_mps` in a steady wind of `wind_mps`, heading `yaw_rad`.
+    /// Steady straight flight over the ground at `velocity_mps` in the steady wind `wind_mps`, with the heading
+    /// `yaw_rad`.
     ///
     /// # Errors
     /// [`HelicopterError::NoTrim`] where no trim exists, [`HelicopterError::ControlAtStop`] where a control would have
@@ -138,7 +140,7 @@ impl Helicopter {
                     remaining[row] = change.value;
                 }
             }
-            // A norm propagates a NaN, unlike a largest element.
+            // A norm propagates a NaN; a maximum over the elements would not.
             residual = remaining.norm();
             if residual < STEADY {
                 return Ok((
@@ -147,7 +149,7 @@ impl Helicopter {
                 ));
             }
             let Some(step) = jacobian.lu().solve(&remaining) else { break };
-            // At most half a radian or half a stick: beyond that the tangent is inaccurate.
+            // The step is limited to half a radian or half a stick, because the tangent is inaccurate beyond.
             let longest = step.norm();
             if !longest.is_finite() {
                 break;

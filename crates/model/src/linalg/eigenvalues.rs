@@ -19,8 +19,9 @@ pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, ModelErro
     }
     let matrix = balanced(matrix);
     let size_of_matrix = matrix.amax();
-    // The algorithm splits off a mode once its coupling is relatively small. For modes at zero, as delays have, this
-    // may never happen. Shifted away from zero they converge, to within a few rounding errors.
+    // The algorithm deflates an eigenvalue once its coupling is small relative to its size. For eigenvalues at zero,
+    // which delays cause, this may never happen. With a shift away from zero they converge, to within a few rounding
+    // errors.
     let attempts = [(0.0, 1.0), (0.7, 1.0), (0.7, 16.0), (-0.4, 64.0), (0.23, 64.0), (-1.3, 256.0)];
     let found = attempts.into_iter().find_map(|(shift, roundings)| {
         let shift = shift * size_of_matrix;
@@ -64,8 +65,8 @@ fn balanced(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     balanced
 }
 
-/// Largest magnitude of the eigenvalues of a square matrix; infinite where a number is not finite. Below 1 the one-step
-/// map is stable.
+/// Largest magnitude of the eigenvalues of a square matrix; infinite where a number is not finite. The one-step map x⁺
+/// = A x is stable if it is below 1.
 #[must_use]
 pub fn spectral_radius(a: &DMatrix<f64>) -> f64 {
     if a.iter().any(|value| !value.is_finite()) {

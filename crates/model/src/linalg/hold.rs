@@ -113,7 +113,7 @@ impl HoldDerivatives<'_> {
     }
 }
 
-/// e^{At} and ∫₀ᵗ e^{As} ds at one time, and the second times B.
+/// e^{At}, the integral ∫₀ᵗ e^{As} ds, and this integral times B, for one time t.
 #[derive(Clone, Debug)]
 struct Propagator {
     phi: DMatrix<f64>,

@@ -2,11 +2,11 @@
 
 use nalgebra::DMatrix;
 
-/// Smallest ratio of the triangular factor's diagonal elements at which columns count as independent.
+/// Ratio of diagonal elements of the triangular factor, smallest to largest, below which columns count as dependent.
 const DEPENDENT: f64 = 1e-11;
 
-/// The x of smallest ‖a x − b‖; where columns of `a` are dependent, also of smallest norm in units of those columns.
-/// `a` is rows × unknowns, `b` rows × right-hand sides.
+/// The x that minimises ‖a x − b‖. If columns of `a` are dependent, it is the solution of smallest norm with all
+/// columns scaled to unit length. `a` is rows × unknowns, `b` rows × right-hand sides.
 #[must_use]
 pub fn least_squares(mut a: DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let norms: Vec<f64> = a.column_iter().map(|column| column.norm()).collect();
@@ -27,8 +27,9 @@ pub fn least_squares(mut a: DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
 /// A and B of a tall problem, reduced to as many rows as columns. AᵀA, AᵀB and the solution stay the same. The
 /// reduction rotates A and B together in blocks that fit in the cache.
 fn condensed(a: DMatrix<f64>, b: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
-    /// Rows rotated at a time, per column; larger blocks are not faster.
+    /// Number of rows rotated at a time, per column. Larger blocks are not faster.
     const BLOCK: usize = 16;
+    /// Smallest number of rows rotated at a time.
     const LEAST: usize = 512;
     let (unknowns, sides) = (a.ncols(), b.ncols());
     let block = LEAST.max(BLOCK * (unknowns + sides));

@@ -5,8 +5,8 @@ use nalgebra::DMatrix;
 use super::symmetrise;
 
 /// The stabilising solution X of X = AᵀX(I + GX)⁻¹A + H. With G = BR⁻¹Bᵀ and H = Q it is the cost to go of the optimal
-/// regulator. With A, C and the noises transposed it is the covariance of the predicted state. `None` where the
-/// iteration does not converge.
+/// regulator. With Aᵀ for A, Cᵀ for B and noise covariances for Q and R, X is the covariance of the predicted state.
+/// `None` where the iteration does not converge.
 ///
 /// `a`, `g` and `h` are n×n, `g` and `h` symmetric. The iteration ends when a step changes X by less than `tolerance`
 /// of its largest element. Convergence is quadratic.
@@ -21,6 +21,7 @@ pub fn dare_by_doubling(
     mut h: DMatrix<f64>,
     tolerance: f64,
 ) -> Option<DMatrix<f64>> {
+    /// Largest number of doublings.
     const MOST_STEPS: usize = 60;
     let identity = DMatrix::identity(a.nrows(), a.nrows());
     for _ in 0..MOST_STEPS {

@@ -14,7 +14,7 @@ pub struct Stein {
 
 /// Largest number of squarings of F: enough for a spectral radius of 1 − 1e-8.
 const MOST_SQUARINGS: usize = 30;
-/// Largest magnitude of a power of F that is negligible: powers enter squared, so their contribution is below rounding.
+/// Magnitude of a power of F below which it is negligible. Powers enter squared, so its contribution is below rounding.
 const NEGLIGIBLE: f64 = 1e-9;
 
 impl Stein {

@@ -27,7 +27,7 @@ pub struct FlightData<'a> {
     pub facts: &'a [Fact],
     /// Errors and points to check, plain text.
     pub warnings: &'a [String],
-    /// The spans in which GPS was withheld.
+    /// The time spans without GPS in this run.
     pub outages: &'a [Outage],
     /// The filter's solution.
     pub solutions: &'a [Solution],

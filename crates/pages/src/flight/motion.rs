@@ -81,8 +81,8 @@ pub fn columns<T>(items: &[T], components: impl Fn(&T) -> [f64; 3]) -> Columns {
     columns
 }
 
-/// The rows of `columns` in which all are known. The messages of an onboard estimator have times of their own, so that
-/// each row has the values of one message alone.
+/// The rows of `columns` in which all values are known. The messages of an onboard estimator have different times, so
+/// each row has the values of one message.
 pub fn known<const N: usize>(columns: [&[f64]; N]) -> [Vec<f64>; N] {
     let rows = columns.iter().map(|column| column.len()).min().unwrap_or(0);
     let is_known = |row: &usize| columns.iter().all(|column| column[*row].is_finite());
@@ -163,7 +163,7 @@ pub struct Fixes {
     pub time: Vec<f64>,
     pub position_m: Columns,
     pub velocity_mps: Columns,
-    /// Per axis; north and east are accepted or rejected together.
+    /// Rejected positions for each axis; north and east are accepted or rejected together.
     pub position_rejected: [Vec<bool>; 3],
     pub velocity_rejected: [Vec<bool>; 3],
 }

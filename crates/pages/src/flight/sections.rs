@@ -300,7 +300,7 @@ impl Sections<'_, '_> {
     }
 }
 
-/// One-sigma of u, v and w, m/s, from those of velocity and attitude, which are taken as independent.
+/// Standard deviation of u, v and w, m/s, from those of velocity and attitude, which are taken as independent.
 fn body_velocity_sigma_mps(solution: &Solution) -> [f64; 3] {
     let ned_to_body = solution.body_to_ned.inverse().matrix();
     let sigma = solution.velocity_sigma_mps.to_array();
@@ -315,7 +315,7 @@ fn body_velocity_sigma_mps(solution: &Solution) -> [f64; 3] {
     })
 }
 
-/// Three sigma from one sigma.
+/// Three times `sigma`.
 fn triple(sigma: &[f64]) -> Vec<f64> {
     sigma.iter().map(|sigma| 3.0 * sigma).collect()
 }
@@ -325,7 +325,7 @@ fn downwards(rows: impl Iterator<Item = Row>) -> impl Iterator<Item = Row> {
     rows.enumerate().map(|(component, row)| Row { reversed: component == 2, ..row })
 }
 
-/// The origin of the page's metres, in words.
+/// The origin of the page's local coordinates, in words.
 fn described(origin: &Geodetic) -> String {
     format!(
         "the first position ({:.6}°, {:.6}°, {:.1} m above the ellipsoid)",

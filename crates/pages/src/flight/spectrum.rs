@@ -20,17 +20,19 @@ pub struct Density {
     count: usize,
     window: Vec<f64>,
     turns: Vec<(f64, f64)>,
-    /// Number of values received, and the most recent values.
+    /// Number of values received.
     seen: usize,
+    /// The most recent values.
     recent: VecDeque<f64>,
-    /// Index of the next segment, and number of segments used.
+    /// Index of the next segment.
     segment: usize,
+    /// Number of segments used.
     used: u32,
     power: Vec<f64>,
 }
 
 impl Density {
-    /// The density of `count` values, before the first of them.
+    /// An empty density for a series of `count` values.
     pub fn of(count: usize) -> Self {
         let angle = |i: usize| TAU * i as f64 / SEGMENT as f64;
         Self {

@@ -49,10 +49,10 @@ pub struct AutopilotSection {
     /// Response to a loss of sensors, pilot or servos.
     #[serde(default)]
     pub failsafe: FailsafeConfig,
-    /// Limits of the distance from `[site]`; without it, unlimited.
+    /// Limits of the distance from `[site]`; unlimited if not set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fence: Option<FenceSection>,
-    /// Test inputs that the autopilot flies automatically; without it, none.
+    /// Test inputs that the autopilot flies automatically; no test inputs if not set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub excitation: Option<ExcitationSection>,
     /// The autopilot's parameters in flight: its file with the changes of this section. Set at the start of a flight,

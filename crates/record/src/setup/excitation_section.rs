@@ -53,7 +53,7 @@ pub struct InputSection {
     pub stick: StickName,
     /// Shape of the input.
     pub kind: InputKind,
-    /// Amplitude from the current position, share of full stick, −0.5 to 0.5; 0.1 where not set.
+    /// Amplitude from the current position, as a fraction of full stick, −0.5 to 0.5; 0.1 where not set.
     #[serde(default = "amplitude")]
     pub amplitude: f64,
     /// Length, s: of a step (1.5 where not set), of each side of a doublet (1), of a unit of a 3-2-1-1 (0.5), of a
@@ -110,7 +110,7 @@ pub enum InputKind {
     Sweep,
 }
 
-/// Share of a sweep over which it fades in, and over which it fades out.
+/// Fraction of a sweep over which it fades in, and over which it fades out.
 const FADE: f64 = 0.05;
 
 impl InputSection {
@@ -140,7 +140,7 @@ impl InputSection {
         TestInput { stick, maneuver }
     }
 
-    /// A key that is set but does not apply to this kind.
+    /// The name of a key that is set but does not apply to this kind of input.
     fn meaningless(&self) -> Option<&'static str> {
         let sweeps = self.kind == InputKind::Sweep;
         let first = self.first_hz.map(|_| "first_hz");

@@ -46,11 +46,11 @@ use hovernav_toml::TomlError;
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct FlyConfig {
-    /// Real-time priority of the loop's thread, 1 to 99; without it, ordinary priority. Without the right to it
-    /// (`CAP_SYS_NICE`) the flight reports that and continues.
+    /// Real-time priority of the loop's thread, 1 to 99; ordinary priority if not set. If the permission
+    /// (`CAP_SYS_NICE`) is missing, the flight reports it and continues.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub realtime_priority: Option<u8>,
-    /// The inertial unit.
+    /// The IMU.
     pub dmu: DmuSection,
     /// The GPS receiver.
     pub receiver: ReceiverSection,
@@ -70,7 +70,7 @@ pub struct FlyConfig {
     /// Position of the flight, required without a magnetic declination.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub site: Option<SiteSection>,
-    /// Mounting and accuracy of the sensors, and the estimator's settings: the keys of a `dataset.toml`. The unit's
+    /// Mounting and accuracy of the sensors, and the estimator's settings: the keys of a `dataset.toml`. The IMU's
     /// heading counts as magnetic unless `imu.heading_reference` is set otherwise.
     pub navigation: Manifest,
 }
@@ -356,7 +356,7 @@ fn value(
 
 fn navigation_value(error: LogError) -> FlyConfigError {
     match error {
-        // An error of a separate section contains its key: "[filter] …".
+        // An error in a section with its own parser already contains the key: "[filter] …".
         LogError::Toml(TomlError::Text { reason, .. }) => {
             match reason.strip_prefix('[').and_then(|rest| rest.split_once("] ")) {
                 Some((section, rest)) if rest.contains(": ") => {

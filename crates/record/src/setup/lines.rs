@@ -8,7 +8,7 @@ use super::sections::CaptureSection;
 use hovernav::controls::Channel;
 
 impl FlyConfig {
-    /// Checks that both sensors have a port, and that no two devices share a line.
+    /// Checks that both sensors have a port, and that no two devices use the same line.
     pub(super) fn check_lines(&self) -> Result<(), FlyConfigError> {
         let servo = &self.servo;
         let pilot = match &servo.capture {

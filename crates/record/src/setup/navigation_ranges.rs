@@ -1,4 +1,5 @@
-//! Ranges of the numbers of sensors, alignment and aids in flight. A log may be estimated with others.
+//! Ranges in flight for the numbers of sensors, alignment and additional measurements. A log may be estimated with
+//! numbers outside these ranges.
 
 use super::range::{Section, range};
 

@@ -20,7 +20,7 @@ pub(super) struct Range {
     or_zero: bool,
 }
 
-/// A section and its numbers. `*` matches any key, of the section or of the number, without an earlier line of its own.
+/// A section and its numbers. `*` matches any section or number key that has no earlier entry.
 pub(super) type Section = (&'static str, &'static [Range]);
 
 /// Unit and remark for bias times: the filter would stop estimating a bias that never changes.

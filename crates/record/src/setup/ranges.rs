@@ -4,7 +4,7 @@ use super::range::{Range, Section, range};
 
 const BAUD: Range = range("baud", 300.0, 4e6, "baud");
 
-/// Devices, their lines, and servos. `*` matches any key.
+/// Ranges of the devices, their lines, and the servos. `*` matches any key.
 pub(super) const DEVICES: &[Section] = &[
     ("", &[range("realtime_priority", 1.0, 99.0, "")]),
     ("dmu", &[BAUD, range("rate_hz", 20.0, 70.0, "Hz"), range("latency_s", 0.0, 0.1, "s")]),
@@ -80,7 +80,7 @@ pub(super) const DEVICES: &[Section] = &[
     ("mavlink.speaker.rates", &[range("*", 0.01, 1e3, "Hz").or_zero()]),
 ];
 
-/// `[autopilot]`, and the file that it names, which is below `flown` once it is loaded.
+/// Ranges of `[autopilot]` and of the autopilot's file, whose keys are below `flown` once the file is loaded.
 pub(super) const AUTOPILOT: &[Section] = &[
     ("autopilot", &[range("override_travel", 0.01, 1.0, "of full stick")]),
     (
@@ -207,7 +207,8 @@ pub(super) const AUTOPILOT: &[Section] = &[
     ("autopilot.flown.gains.attitude", GAINS),
 ];
 
-/// At the end of its range a gain responds with full stick to a hundredth of a rad, m/s or rad/s.
+/// Ranges of the gains. At the end of its range, a gain commands full stick for an error of a hundredth of a rad, m/s
+/// or rad/s.
 const GAINS: &[Range] = &[
     range("derivative_filter_s", 0.0, 100.0, "s"),
     range("tracking_time_s", 0.01, 1e6, "s"),

@@ -6,9 +6,9 @@ use hovernav::autopilot::{HoverConfig, StickLimits};
 use hovernav::controls::{Channel, Sticks};
 use hovernav::servo::SwashplateKind;
 
-/// Smallest travel of a control from hover trim to each of its limits, share of full stick.
+/// Smallest travel of a control from hover trim to each of its limits, as a fraction of full stick.
 pub(super) const ROOM: f64 = 0.01;
-/// Smallest travel of a servo from its `trim_ms` to each end of its range, share of full stick.
+/// Smallest travel of a servo from its `trim_ms` to each end of its range, as a fraction of full stick.
 const TRAVEL: f64 = 0.1;
 /// Tolerance of pulse widths, ms, below the resolution of a servo.
 const RESOLUTION_MS: f64 = 1e-3;
@@ -39,8 +39,8 @@ pub(super) fn check_travel(servo: &ServoSection) -> Result<(), FlyConfigError> {
     Ok(())
 }
 
-/// The limits of `config`, reduced to the range of the servos and of collective. A deflection cut off outside the
-/// autopilot would wind up its integrators.
+/// The limits of `config`, reduced to the range of the servos and of collective. If a deflection were limited outside
+/// the autopilot, the integrators of the autopilot would wind up.
 ///
 /// # Errors
 /// A servo range without room on both sides of hover trim. A swashplate on which a control does not reach its limits

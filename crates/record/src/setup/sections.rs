@@ -22,8 +22,8 @@ pub struct SiteSection {
     pub height_m: f64,
 }
 
-/// `[dmu]`: the inertial unit and its line. Its full-scale ranges are `navigation.imu.gyro_range_degps` and
-/// `accel_range_g`, 200 °/s and 4 g where not given.
+/// `[dmu]`: the IMU and its line. Its full-scale ranges are `navigation.imu.gyro_range_degps` and `accel_range_g`, 200
+/// °/s and 4 g where not given.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 pub struct DmuSection {
@@ -33,7 +33,7 @@ pub struct DmuSection {
     pub baud: u32,
     /// Type of the packets.
     pub mode: DmuMode,
-    /// Packet rate, Hz, 20 to 70; without it, the unit sends as fast as it can.
+    /// Packet rate, Hz, 20 to 70; without it, the IMU sends as fast as it can.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
     /// Time from a sample to the arrival of its packet's last byte, s; without it, the transmission time on the line.
@@ -60,9 +60,9 @@ impl Default for DmuSection {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DmuMode {
-    /// With the unit's own attitude.
+    /// Packets with the IMU's own attitude.
     Angle,
-    /// Without it.
+    /// Packets without attitude.
     Scaled,
 }
 
@@ -116,11 +116,11 @@ impl Default for ReceiverSection {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ReceiverProtocol {
-    /// Trimble's.
+    /// TSIP of Trimble receivers.
     Tsip,
     /// NMEA 0183.
     Nmea,
-    /// u-blox's.
+    /// UBX of u-blox receivers.
     Ubx,
 }
 

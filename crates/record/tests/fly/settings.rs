@@ -12,9 +12,10 @@ use toml::{Table, Value};
 /// Values that no sensor, filter or vehicle has, except for an occasional 0.
 const EXTREMES: [f64; 8] =
     [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -1.0, 1e300, -1e300, 1e-300];
+/// Extreme integers, for the same purpose.
 const WHOLE_EXTREMES: [i64; 4] = [0, -1, i64::MAX, i64::MIN];
 
-/// Keys that are in neither example.
+/// Keys that neither example contains.
 const REST: &str = "
     [dmu]
     latency_s = 0.01
@@ -58,7 +59,7 @@ fn text(value: &Value) -> String {
     toml::to_string(value).unwrap()
 }
 
-/// `base` with the keys of `over`.
+/// `base` with the keys of `over`, which replace those of `base`.
 fn merge(base: &mut Table, over: Table) {
     for (key, value) in over {
         match (base.get_mut(&key), value) {
@@ -70,7 +71,7 @@ fn merge(base: &mut Table, over: Table) {
     }
 }
 
-/// An example, extended by every key that it lacks.
+/// An example, extended by every key that it does not contain.
 fn whole(example: &str) -> Table {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
     let mut fly = table(&std::fs::read_to_string(directory.join(example)).unwrap());
@@ -410,7 +411,8 @@ fn no_extreme_number_of_an_autopilots_file_is_flown_with() {
         "trim.sticks.longitudinal",
         "trim.sticks.pedal",
     ];
-    // The model, on which gains are tested, judges a gain of 1 with the opposite sign.
+    // Accepted here: the check of the gains with the vehicle's model tests gains of 0 and gains of 1 with the opposite
+    // sign.
     let gain = |key: &str, value: &str| {
         (key.starts_with("gains.") && ["0", "-1", "1e-300"].contains(&value))
             || (plain.contains(&key) && ["0", "1e-300"].contains(&value))

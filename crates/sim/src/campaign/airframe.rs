@@ -25,13 +25,13 @@ pub struct AirframeUncertainty {
     covariance: DMatrix<f64>,
     /// L with L Lᵀ the covariance.
     root: DMatrix<f64>,
-    /// Names whose covariance was identified.
+    /// Names of the properties whose covariance was identified.
     identified: Vec<String>,
     /// Whether the values are factors on [`UNCERTAIN`], and not parameters of a linear model.
     is_helicopter: bool,
 }
 
-/// A spread of a property that does not vary.
+/// Error: a spread was given for a property that does not vary.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("found \"{name}\", expected one of {}", .known.join(", "))]
 pub struct UnknownSpread {
@@ -116,7 +116,8 @@ impl AirframeUncertainty {
         Ok((model, known.rooted()))
     }
 
-    /// The uncertainty with a relative error of `share`, one sigma, of the property `name`, independent of the others.
+    /// The uncertainty with a relative error of `share`, one sigma as a fraction, of the property `name`, independent
+    /// of the others.
     ///
     /// # Errors
     /// [`UnknownSpread`] for a property that does not vary.
@@ -181,10 +182,11 @@ impl AirframeUncertainty {
     }
 }
 
-/// `model` with every derivative of its forces, moments and rotor as a parameter.
+/// `model` with every derivative of its forces, moments and rotor as a parameter. Each added parameter has an
+/// independent relative error of [`BY_HAND`].
 fn by_hand(model: &StateSpace) -> Result<StateSpace, ModelError> {
     const KINEMATIC: [&str; 3] = ["phi", "theta", "psi"];
-    // Gravity, and the rate that a rotor's disc is left behind by.
+    // Exact derivatives, which do not vary: gravity, and the body rates in the flapping equations.
     const EXACT: [(&str, &str); 6] =
         [("u", "theta"), ("v", "phi"), ("a", "q"), ("b", "p"), ("c", "q"), ("d", "p")];
     let (mut parameters, mut slopes) = (model.parameters().to_vec(), Vec::new());
@@ -216,7 +218,7 @@ pub(super) fn airframe(nominal: &HelicopterParameters, factors: &[f64]) -> Helic
     let mut airframe = *nominal;
     let &[mass, lb, ma, blat, alon, zcol, nr, nped, xu, yv] = factors else { return airframe };
     airframe.mass_kg *= mass;
-    // Lb is the hub moment per flapping angle over the inertia.
+    // Lb is the hub moment per flapping angle, divided by the inertia.
     airframe.inertia_kgm2[0] /= lb;
     airframe.inertia_kgm2[1] /= ma;
     airframe.lateral_cyclic_rad *= blat;

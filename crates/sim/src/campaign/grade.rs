@@ -11,7 +11,7 @@ pub enum SensorGrade {
     Thesis,
     /// A current MEMS IMU and a 5 Hz receiver.
     Modern,
-    /// Twice the errors of the first grade.
+    /// Sensors with twice the errors of the first grade.
     Poor,
 }
 

@@ -53,32 +53,32 @@ pub struct Campaign {
     pub nominal: FlightConfig,
     /// Duration of each flight, s.
     pub duration_s: f64,
-    /// Time from which the hover is judged, s.
+    /// Time from which the hover is evaluated, s.
     pub judged_from_s: f64,
     /// Uncertainty of the airframe.
     pub airframe: AirframeUncertainty,
     /// Steady wind, uniform from 0 to this speed from any direction, m/s.
     pub most_wind_mps: f64,
-    /// Gusts, one sigma relative to the wind speed, at least [`least_gust_mps`](Self::least_gust_mps). A quarter is
-    /// typical over open ground.
+    /// Standard deviation of the gusts relative to the wind speed; the gusts are at least
+    /// [`least_gust_mps`](Self::least_gust_mps). A quarter is typical over open ground.
     pub gust_share: f64,
-    /// Smallest gusts, one sigma, m/s.
+    /// Standard deviation of the weakest gusts, m/s.
     pub least_gust_mps: f64,
     /// Sensor grades, with equal probability.
     pub grades: Vec<SensorGrade>,
     /// Bounds within which a flight counts as a hover at its end.
     pub hover: HoverBounds,
-    /// Share of the flights with one GPS outage.
+    /// Fraction of the flights with one GPS outage.
     pub outage_share: f64,
     /// Shortest and longest outage, s.
     pub outage_s: Range<f64>,
-    /// Share of the flights in which the engine stops once.
+    /// Fraction of the flights in which the engine stops once.
     pub power_loss_share: f64,
-    /// Share of the flights in which one servo jams, each servo with equal probability.
+    /// Fraction of the flights in which one servo jams, each servo with equal probability.
     pub jam_share: f64,
-    /// Fuel in a full tank, kg, half of it included in the nominal mass; 0 for constant mass. A flight starts with a
-    /// random amount, from the fuel that it burns to a full tank. It burns a tank in twelve minutes, or in its own
-    /// duration if that is longer.
+    /// Fuel in a full tank, kg, half of it included in the nominal mass; 0 for constant mass. At the start of a flight
+    /// the tank contains a random amount, at least the fuel that the flight burns. A full tank lasts twelve minutes, or
+    /// the flight's own duration if that is longer.
     pub fuel_kg: f64,
 }
 
@@ -87,7 +87,8 @@ const TANK_S: f64 = 720.0;
 /// Interval at which the mass is updated, s.
 const BURNT_S: f64 = 5.0;
 
-/// Bounds of a hover: the true state stays within them over the last [`lasts_s`](Self::lasts_s) of a flight.
+/// Bounds of a hover: the flight ends in a hover if the true state stays within them over its last
+/// [`lasts_s`](Self::lasts_s).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HoverBounds {
     /// Length of the evaluation, s.
@@ -96,10 +97,10 @@ pub struct HoverBounds {
     pub speed_mps: f64,
     /// Steepest tilt, √(roll² + pitch²), rad.
     pub tilt_rad: f64,
-    /// Largest distance from the position when it was first judged, m; it allows for the drift of the receiver's
+    /// Largest distance, m, from the position at the start of the evaluation; it allows for the drift of the receiver's
     /// position.
     pub distance_m: f64,
-    /// Largest change from the heading when it was first judged, rad.
+    /// Largest change, rad, from the heading at the start of the evaluation.
     pub turned_rad: f64,
 }
 
@@ -111,7 +112,7 @@ impl Default for HoverBounds {
 }
 
 impl HoverBounds {
-    /// Whether `flight` ended in a hover at `station`, its state when it was first judged.
+    /// Whether `flight` ended in a hover at `station`, the vehicle's state at the start of the evaluation.
     fn hold(&self, flight: &Flight, station: &Truth) -> bool {
         let end_s = flight.samples.last().map_or(0.0, |sample| sample.truth.time.seconds());
         let from_s = end_s - self.lasts_s;
@@ -239,7 +240,7 @@ impl Campaign {
         let mut flight = FlightConfig {
             helicopter,
             model,
-            // Rigged for the nominal airframe: a difference in mass shows in the sticks.
+            // The sticks' trim is that of the nominal airframe: a difference in mass appears in the sticks.
             rigged_for: Some(self.nominal.rigged_for.unwrap_or(self.nominal.helicopter)),
             dmu: DmuConfig { rate_hz: self.nominal.dmu.rate_hz, ..dmu },
             gps,
@@ -309,7 +310,7 @@ impl Campaign {
     }
 }
 
-/// The value that the share `share`, 0 to 1, of `values` does not exceed, by linear interpolation between ranks; NaN
+/// The value that a fraction `share`, 0 to 1, of `values` does not exceed, by linear interpolation between ranks; NaN
 /// for no values. NaN values are ignored.
 #[must_use]
 pub fn percentile(values: &[f64], share: f64) -> f64 {

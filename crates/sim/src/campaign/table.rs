@@ -13,7 +13,7 @@ pub const PERCENTILES: [u32; 6] = [5, 25, 50, 75, 95, 99];
 
 /// A quantity that is measured in every flight.
 pub struct Measure {
-    /// Name of its column, with the unit last.
+    /// Name of the measure's column, with the unit last.
     pub name: &'static str,
     of: fn(&CampaignResult, &HoverStatistics) -> f64,
 }
@@ -45,7 +45,7 @@ impl Measure {
         Self { name: "collective_mean", of: |_, held| held.sticks_mean[2] },
     ];
 
-    /// Number of measures that precede the time of the power loss in the columns of a flight.
+    /// Number of measures whose columns precede the time of the power loss in the row of a flight.
     const FIRST: usize = 20;
 
     /// The value of one flight; NaN if the flight ended before the evaluation.
@@ -109,7 +109,7 @@ pub enum Cell {
     Seed(u64),
     /// A name or a text without a comma; empty for nothing.
     Name(Cow<'static, str>),
-    /// A number in the unit of its column; unknown, and empty in the file, unless finite.
+    /// A number in the unit of its column. A number that is not finite is unknown, and its field in the file is empty.
     Number(f64),
 }
 
@@ -126,7 +126,7 @@ impl fmt::Display for Cell {
 
 /// One column of `results.csv`.
 pub struct Column {
-    /// Its name, with the unit last.
+    /// Name of the column, with the unit last.
     pub name: Cow<'static, str>,
     of: Box<dyn Fn(&CampaignResult) -> Cell + Send + Sync>,
 }

@@ -1,4 +1,5 @@
-//! Ablation: the effect of each mechanism of the estimator, switched off alone, on many flights and faults.
+//! Ablation: the effect of each mechanism of the estimator. Each mechanism is switched off alone, on many flights and
+//! faults.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -28,7 +29,7 @@ enum Change {
     Setting(fn(&mut EkfConfig)),
 }
 
-/// Cuts of settings whose zero switches something off, and of all mechanisms at once.
+/// Cuts that switch something off by setting a value to zero, and the cut of all mechanisms at once.
 const OTHERS: [(&str, Change); 8] = [
     (
         "slow_fix_errors",
@@ -51,7 +52,7 @@ const OTHERS: [(&str, Change); 8] = [
 ];
 
 impl Cut {
-    /// The estimator as it is.
+    /// No cut: the unchanged estimator.
     pub const NONE: Self = Self { name: "none", change: Change::Nothing };
 
     /// All cuts, without [`Cut::NONE`]: each mechanism, some settings, and all mechanisms together.
@@ -82,7 +83,7 @@ pub struct Ablation {
     pub flights: Vec<Flight>,
     /// Faults in addition to the flights without fault.
     pub cells: Vec<Vec<Fault>>,
-    /// Number of seeds, from 1, at least one; a single one where nothing is random.
+    /// Number of seeds, from 1, at least one. A flight or fault without random values is run with one seed only.
     pub seeds: u64,
     /// Cuts; [`Cut::NONE`] is added.
     pub cuts: Vec<Cut>,
@@ -91,9 +92,10 @@ pub struct Ablation {
 /// Names of the compared errors, in the order of [`Ablated::errors`].
 pub const ERRORS: [&str; 6] =
     ["velocity_mps", "vertical_velocity_mps", "horizontal_m", "height_m", "tilt_deg", "yaw_deg"];
-/// Differences of the [`ERRORS`] that do not count.
+/// Differences of the [`ERRORS`], in their own units, below which a run counts as unchanged.
 const LEAST: [f64; 6] = [0.005, 0.005, 0.1, 0.1, 0.05, 0.1];
-/// Least ratio of an error to that without cut that counts as worse; its inverse counts as better.
+/// Smallest ratio of an error with a cut to the error without cut that counts as worse; the inverse of the ratio counts
+/// as better.
 const CHANGED: f64 = 1.05;
 
 /// Result of one run.
@@ -103,10 +105,10 @@ pub struct Ablated {
     pub run: String,
     /// Name of the cut.
     pub cut: String,
-    /// Root mean square errors; NaN if unknown: of velocity, m/s, vertical velocity, m/s, horizontal position, m, height,
-    /// m, tilt, °, and yaw, °.
+    /// Root mean square errors; NaN if unknown: of velocity, m/s, vertical velocity, m/s, horizontal position, m,
+    /// height, m, tilt, °, and yaw, °.
     pub errors: [f64; 6],
-    /// Share of velocity and attitude inside 3 sigma.
+    /// Fraction of the samples of velocity and attitude inside 3 sigma.
     pub inside: f64,
 }
 
@@ -170,7 +172,8 @@ impl Ablation {
     }
 }
 
-/// The flight with faults, and its settings; `None` where it lacks the sensor of a fault or is rejected.
+/// The flight with faults, and its settings. `None` if the flight lacks the sensor of a fault, or the log with faults
+/// is rejected.
 fn opened(
     clean: &Clean,
     faults: &[Fault],
@@ -214,11 +217,11 @@ pub fn read_ablation(text: &str) -> Vec<Ablated> {
 /// Effect of one cut on a set of runs.
 #[derive(Default)]
 struct Effect {
-    /// Worse and better runs: without faults, with faults.
+    /// Number of worse and number of better runs: first without faults, then with faults.
     counts: [[usize; 2]; 2],
-    /// Largest loss and gain: ratio and words.
+    /// Largest loss and largest gain, each as a ratio and as text.
     most: [(f64, String); 2],
-    /// Sum of the changes of the share inside 3 sigma, and number of runs.
+    /// Sum of the changes of the fraction inside 3 sigma, and number of runs.
     inside: (f64, f64),
 }
 
@@ -259,8 +262,8 @@ impl Effect {
     }
 }
 
-/// A table with a row for each cut. It has the runs that get worse or better by more than 5 % in their most changed
-/// error, the largest loss and gain, and the mean change of the share inside 3 sigma.
+/// A table with a row for each cut. It has the number of runs that get worse or better by more than 5 % in their most
+/// changed error. It also has the largest loss and gain, and the mean change of the fraction inside 3 sigma.
 #[must_use]
 pub fn ablation_markdown(rows: &[Ablated]) -> String {
     let without: BTreeMap<&str, &Ablated> =

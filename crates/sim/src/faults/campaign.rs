@@ -22,7 +22,7 @@ pub struct Campaign {
     pub flights: Vec<Flight>,
     /// Cells of the campaign: each contains the faults of one copy.
     pub cells: Vec<Vec<Fault>>,
-    /// Number of seeds, from 1, at least one; a single one where nothing is random.
+    /// Number of seeds, from 1, at least one. A flight or fault without random values is run with one seed only.
     pub seeds: u64,
 }
 
@@ -170,7 +170,8 @@ impl Clean {
         Ok(std::iter::once(without).chain(runs.into_iter().flatten()).collect())
     }
 
-    /// The faults and seeds of its copies: seeds up to `seeds` where a fault is random, and its own otherwise.
+    /// The faults and seeds of the copies of this flight: seeds 1 to `seeds` if a fault is random, otherwise only the
+    /// flight's own seed.
     pub(super) fn jobs<'a>(
         &self,
         cells: &'a [Vec<Fault>],
@@ -184,7 +185,8 @@ impl Clean {
         cells.iter().flat_map(of_cell).collect()
     }
 
-    /// A copy of the sensors with `faults` in a temporary directory; `None` where the flight lacks the sensor of one.
+    /// A copy of the sensors with `faults` in a temporary directory; `None` where the flight lacks the sensor of one of
+    /// the faults.
     pub(super) fn copy(
         &self,
         faults: &[Fault],

@@ -27,7 +27,7 @@ pub struct Fault {
     pub word: &'static str,
     /// Start, s on the log's clock; random if `None`.
     pub start_s: Option<f64>,
-    /// Duration, s; that of its [`Entry`](super::Entry) if `None`.
+    /// Duration, s; the default duration in the fault's [`Entry`](super::Entry) if `None`.
     pub duration_s: Option<f64>,
 }
 

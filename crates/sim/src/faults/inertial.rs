@@ -25,19 +25,19 @@ const INCREMENTS: [&str; 6] =
 const GYRO: [usize; 3] = [0, 1, 2];
 const ACCEL: [usize; 3] = [3, 4, 5];
 
-/// `imu.csv` with the columns of its axes.
+/// The table `imu.csv`, with the columns of gyros and accelerometers.
 pub(super) struct Inertial<'a> {
     table: &'a mut Table,
     time: usize,
-    /// Gyros and accelerometers.
+    /// Columns of the three gyros and the three accelerometers.
     axes: [usize; 6],
-    /// Rows with a sample, and the time since the previous sample, s: 1 for rates.
+    /// Duration that each row's value covers, s: the time since the previous sample for increments, 1 for rates.
     interval_s: Vec<f64>,
     median_s: f64,
 }
 
 impl<'a> Inertial<'a> {
-    /// The columns of the axes of `table`; `None` where it has none.
+    /// The columns of the gyros and accelerometers in `table`; `None` if they are missing.
     pub fn of(table: &'a mut Table) -> Option<Self> {
         let time = table.column("t_s")?;
         let rates = table.columns(RATES);

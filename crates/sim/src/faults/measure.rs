@@ -24,13 +24,15 @@ pub const AXES: [Axis; 9] = [
 
 /// Time for which the velocity has to stay inside its 3 sigma to count as recovered, s.
 const BACK_S: f64 = 1.0;
-/// Errors of velocity, m/s, and position, m, above which a run has diverged at its end.
+/// Error of velocity, m/s, above which a run has diverged at its end.
 const DIVERGED_MPS: f64 = 5.0;
+/// Error of position, m, above which a run has diverged at its end.
 const DIVERGED_M: f64 = 50.0;
 /// Length of the evaluated end, s.
 const END_S: f64 = 10.0;
 
-/// Scores of one run, over all samples from the first solution on for which the reference has a value; NaN without any.
+/// Scores of one run, over all samples from the first solution on for which the reference has a value; NaN without such
+/// a sample.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Measures {
     /// Number of samples with a solution; 0 for a log on which the estimator could not start.
@@ -41,13 +43,13 @@ pub struct Measures {
     pub nan: bool,
     /// Whether the errors of the last ten seconds exceed 5 m/s or 50 m, or these seconds have no solution.
     pub diverged: bool,
-    /// Share of the samples inside 3 sigma on each of [`AXES`].
+    /// Fraction of the samples inside 3 sigma on each of [`AXES`].
     pub inside: [f64; 9],
-    /// Share of the samples inside 3 sigma for velocity and attitude together; each axis and sample counts once.
+    /// Fraction of the samples inside 3 sigma for velocity and attitude together; each axis and sample counts once.
     pub inside_motion: f64,
-    /// Share of the samples inside 3 sigma for position.
+    /// Fraction of the samples inside 3 sigma for position.
     pub inside_position: f64,
-    /// Share of the samples with velocity and attitude inside 3 sigma on all axes simultaneously.
+    /// Fraction of the samples with velocity and attitude inside 3 sigma on all axes simultaneously.
     pub inside_jointly: f64,
     /// Root mean square of error over sigma on each of [`AXES`].
     pub normalised: [f64; 9],
@@ -104,7 +106,7 @@ fn compare(solution: &Solution, reference: &Reference) -> Compared {
     }
 }
 
-/// Root mean square of the finite values; NaN without any.
+/// Root mean square of the finite values; NaN without a finite value.
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0);
     for value in values.filter(|value| value.is_finite()) {
@@ -114,7 +116,7 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     (sum / count).sqrt()
 }
 
-/// Share of ones among the known values; NaN without any.
+/// Fraction of `true` among the known values; NaN without a known value.
 fn share(known: impl Iterator<Item = Option<bool>>) -> f64 {
     let (mut inside, mut count) = (0.0, 0.0);
     for is_inside in known.flatten() {

@@ -6,12 +6,17 @@ use super::campaign::Outcome;
 use super::measure::Measures;
 use super::tables::cells;
 
-/// Height of a row and of the space above each flight's rows; width of the names and of a plot; px.
+/// Height of a row, px.
 const ROW: f64 = 16.0;
+/// Height of the space above each flight's rows, px.
 const HEAD: f64 = 46.0;
+/// Width of the column of names, px.
 const NAMES: f64 = 190.0;
+/// Width of a plot, px.
 const PLOT: f64 = 330.0;
+/// Width of the gap after a plot, px.
 const GAP: f64 = 40.0;
+/// Width of the picture, px.
 const WIDTH: f64 = NAMES + 2.0 * PLOT + 2.0 * GAP;
 
 /// One plot: its title, the plotted quantity of a run, and its axis from 0 to 1.
@@ -24,7 +29,8 @@ struct Plot {
     goal: f64,
 }
 
-/// Plots of the share of samples inside 3 sigma, from 80 % on, and of the cost, 0.8 to 80 times on a logarithmic axis.
+/// Plots of the fraction of samples inside 3 sigma, from 80 % on, and of the cost, 0.8 to 80 times on a logarithmic
+/// axis.
 const PLOTS: [Plot; 2] = [
     Plot {
         title: "velocity and attitude inside 3σ, % of all samples",
@@ -42,9 +48,9 @@ const PLOTS: [Plot; 2] = [
     },
 ];
 
-/// An SVG of all runs, with one row per fault. It shows the share of the samples inside 3 sigma, and the cost of the
-/// fault, orange where no warning names it. Values beyond the axis are drawn at its end. Runs without a solution are
-/// omitted.
+/// An SVG of all runs, with one row per fault. It shows the fraction of the samples inside 3 sigma, and the cost of the
+/// fault. The cost is orange if no warning names the fault. Values beyond the axis are drawn at its end. Runs without a
+/// solution are omitted.
 #[must_use]
 pub fn svg(outcomes: &[Outcome]) -> String {
     let flights = cells(outcomes);

@@ -13,9 +13,9 @@ const VELOCITY: [&str; 3] = ["vn_mps", "ve_mps", "vd_mps"];
 /// Metres per degree of latitude, accurate enough for a glitch (the ellipsoid's value differs by less than 0.6 %).
 const M_PER_DEG: f64 = 111_320.0;
 
-/// One-sigma of the random height divided by that of north and of east.
+/// Standard deviation of the random height divided by that of north and of east.
 const GARBAGE_HEIGHT: f64 = 2.5;
-/// One-sigma of the random velocity, north, east and down, divided by that of north and east position, 1/s.
+/// Standard deviation of the random velocity, north, east and down, divided by that of north and east position, 1/s.
 const GARBAGE_VELOCITY_PER_S: [f64; 3] = [0.2, 0.2, 0.75];
 /// Correlation time of random position and height, s. Consecutive fixes of a 1 Hz receiver differ greatly, and some
 /// resemble motion.
@@ -55,7 +55,7 @@ impl<'a> Satellite<'a> {
             Kind::GlitchStep => self.displace(&rows, [cos, sin], |_| (number, 0.0)),
             Kind::GlitchRamp => self.displace(&rows, [cos, sin], |t| (number * since(t), 0.0)),
             Kind::GlitchFollow => {
-                // Moves away for half the time, then back.
+                // The position moves away during the first half of the time, then back.
                 let half_s = 0.5 * window.duration_s;
                 self.displace(&rows, [cos, sin], |t| {
                     let since_s = since(t);

@@ -24,7 +24,7 @@ pub(super) struct Vibration {
 }
 
 impl Vibration {
-    /// Vibration multiplied by `factor`, for samples `period_s` apart.
+    /// A random change that multiplies the vibration by `factor`, for samples `period_s` apart.
     pub fn drawn(factor: f64, period_s: f64, noise: &mut Noise) -> Self {
         let (least_s, most_s) = EARLIER_S;
         let earlier_s = least_s + (most_s - least_s) * noise.uniform();
@@ -42,7 +42,7 @@ impl Vibration {
             return within.map(|place| (self.factor - 1.0) * fast(place)).collect();
         }
         let other = |place: usize| {
-            // The first seconds of the log use later vibration.
+            // For the first seconds of the log the source is later in the log, not earlier.
             let place = place.checked_sub(self.earlier).unwrap_or(place + self.earlier);
             self.sign * fast(place.min(values.len() - 1))
         };

@@ -30,8 +30,8 @@ pub(super) fn cells(outcomes: &[Outcome]) -> Vec<(&str, Vec<(&str, Cell<'_>)>)> 
     flights
 }
 
-/// The `fraction`-quantile of the known values of a measure, by nearest rank; NaN without any. It is not interpolated:
-/// a measure may be infinite, and interpolation between two infinite values gives no number.
+/// The `fraction`-quantile of the known values of a measure, by nearest rank; NaN without a known value. It is not
+/// interpolated: a measure may be infinite, and interpolation between two infinite values gives no number.
 fn quantile(cell: &Cell<'_>, fraction: f64, of: impl Fn(&Measures) -> f64) -> f64 {
     let mut values: Vec<f64> =
         cell.iter().map(|measures| of(measures)).filter(|value| !value.is_nan()).collect();
@@ -40,7 +40,7 @@ fn quantile(cell: &Cell<'_>, fraction: f64, of: impl Fn(&Measures) -> f64) -> f6
     values.get(rank).copied().unwrap_or(f64::NAN)
 }
 
-/// Axis with the smallest share inside 3 sigma, in the worst run.
+/// Axis with the smallest fraction inside 3 sigma, in the worst run.
 fn worst_axis(cell: &Cell<'_>) -> String {
     let worst = (0..6)
         .map(|axis| (axis, quantile(cell, 0.0, |m| m.inside[axis])))

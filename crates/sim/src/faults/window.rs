@@ -33,13 +33,14 @@ impl Window {
     }
 }
 
-/// Time at the log's beginning and end without random faults, s: for alignment and convergence at the beginning, and
-/// for recovery at the end.
+/// Time at the log's beginning without random faults, s: for alignment and convergence.
 const BEFORE_S: f64 = 60.0;
+/// Time at the log's end without random faults, s: for recovery.
 const AFTER_S: f64 = 30.0;
 
-/// Random start of a window of `duration_s` in a log from `first_s` to `last_s`. `share`, 0 to 1, selects it between
-/// the excluded beginning and end, which are each at most a quarter of the log.
+/// Random start of a window of `duration_s` in a log from `first_s` to `last_s`. The start is between the excluded
+/// beginning and the excluded end; each of them is at most a quarter of the log. `share`, 0 to 1, selects the start in
+/// this range.
 pub(super) fn drawn_start_s((first_s, last_s): (f64, f64), duration_s: f64, share: f64) -> f64 {
     let length_s = last_s - first_s;
     let earliest_s = first_s + BEFORE_S.min(0.25 * length_s);

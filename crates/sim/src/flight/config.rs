@@ -30,7 +30,7 @@ pub enum Feedback {
 /// An event at a given time of the flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FlightEvent {
-    /// A new set-point for the autopilot.
+    /// A new set-point of the autopilot.
     SetPoint(SetPoint),
     /// A step in the vehicle's state, which inertial sensors do not measure.
     Disturb(Disturbance),
@@ -222,8 +222,8 @@ impl FlightConfig {
         }
     }
 
-    /// Moves the start of the hover to `place`, with the Earth's magnetic field there. The ground is at the ellipsoid,
-    /// or [`ROOM_M`](Self::ROOM_M) below the start where that is lower.
+    /// Moves the start of the hover to the position `place`, with the Earth's magnetic field there. The ground is at
+    /// the ellipsoid, or [`ROOM_M`](Self::ROOM_M) below the start where that is lower.
     pub fn start_at(&mut self, place: Geodetic) {
         self.start = place;
         self.vehicle.ground_m = (place.height_m - Self::ROOM_M).min(0.0);
@@ -232,8 +232,8 @@ impl FlightConfig {
         }
     }
 
-    /// Clearance below a start, m: the height of a hover drifts with the receiver's, and the vehicle must not touch the
-    /// ground.
+    /// Clearance below a start, m. The height of a hover drifts with the receiver's height, and the vehicle must not
+    /// touch the ground.
     pub const ROOM_M: f64 = 50.0;
 
     /// The sensors in the form of a dataset's manifest.
@@ -258,7 +258,7 @@ impl FlightConfig {
     /// The vehicle at the start of the flight, and its stick positions in hover.
     ///
     /// # Errors
-    /// [`FlightError`] for an airframe that cannot fly, and for events that it does not describe.
+    /// [`FlightError`] for an airframe that cannot fly, and for events that the airframe cannot simulate.
     pub fn hovering(&self) -> Result<(Vehicle, Sticks), FlightError> {
         if let Some(model) = &self.model {
             let rejected = |source| FlightError::Airframe { model: model.name().into(), source };

@@ -16,13 +16,14 @@ use hovernav_log::{Dataset, Manifest, Truth};
 pub struct FlightSample {
     /// State of the centre of gravity.
     pub truth: Truth,
-    /// The estimate, or the truth if that is the feedback. The autopilot uses the estimate without its steps.
+    /// The estimate, or the truth if the truth is the feedback. The autopilot uses the estimate without the jumps by
+    /// corrections.
     pub solution: Option<Solution>,
     /// Mode of the autopilot.
     pub mode: Mode,
     /// Command of the sticks.
     pub sticks: Sticks,
-    /// Test input in the command: of the autopilot, or added with or without it.
+    /// Test input in the command, flown by the autopilot or added by [`AddSticks`](super::FlightEvent::AddSticks).
     pub injected: Sticks,
     /// Positions of the servos.
     pub servos: Sticks,

@@ -16,11 +16,11 @@ pub struct HoverStatistics {
     pub position_rms_m: [f64; 3],
     /// Root mean square of the estimator's error of north, east and down velocity, m/s; NaN without a solution.
     pub velocity_error_rms_mps: [f64; 3],
-    /// Root mean square of the estimator's error of roll, pitch and heading, °; NaN as above.
+    /// Root mean square of the estimator's error of roll, pitch and heading, °; NaN without a solution.
     pub attitude_error_rms_deg: [f64; 3],
     /// Root mean square of the commands about their means.
     pub sticks_rms: [f64; 4],
-    /// Means of the commands: the deviation of the vehicle's trim.
+    /// Means of the commands: the difference between the vehicle's trim and zero.
     pub sticks_mean: [f64; 4],
 }
 

@@ -1,4 +1,4 @@
-//! An airframe that was rigged for another one, and an airframe with failures.
+//! An airframe with the trim of another airframe, and an airframe with failures.
 
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::HoverConfig;
@@ -61,7 +61,7 @@ fn an_airframe_rigged_for_another_mass_hovers_with_its_collective_elsewhere() {
     let nominal = Helicopter::new(HelicopterParameters::raptor60()).unwrap();
     let collective = |mass_kg| {
         let other = nominal.with_parameters(weighing(mass_kg)).unwrap();
-        // The state is a hover: the derivative is zero with these sticks.
+        // The state is a hover: with these sticks, its derivative is zero.
         let change = other.derivative(other.hover(), &other.hover_sticks(), Vector::ZERO);
         assert!(change.velocity_mps2.norm() < 1e-8 && change.rate_radps2.norm() < 1e-8);
         other.hover_sticks().collective
@@ -132,7 +132,7 @@ fn a_jammed_servo_stays_where_it_is() {
     assert_abs_diff_eq!(vehicle.servos().pedal, 0.3, epsilon = 0.01);
 }
 
-/// The gyro acts through the tail's servo: with a jammed servo only the air damps the heading.
+/// The gyro acts through the tail's servo: with a jammed servo only the air damps the yaw motion.
 #[test]
 fn a_jammed_tail_has_no_gyro() {
     let turned_rad = |jams: bool| {

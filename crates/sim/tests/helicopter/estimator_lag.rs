@@ -35,7 +35,7 @@ fn flight(seed: u64) -> (Flight, FlightConfig) {
     (flight, config)
 }
 
-/// Solution for the controller at each sample: the estimate without its steps.
+/// Solution for the controller at each sample: the estimate without the jumps by corrections.
 fn flown(flight: &Flight, config: &FlightConfig) -> Vec<Option<Solution>> {
     let mut estimator = Estimator::new(config.settings().unwrap());
     let mut stepless = SteplessSolution::default();
@@ -68,7 +68,8 @@ fn estimated(of: &Solution) -> [f64; 9] {
 /// Lag of each quantity of the solution, s: the τ for which s − τ ds/dt of the truth s(t) is nearest to the estimate.
 /// Errors uncorrelated with the motion, such as GPS drift or a bias, average out.
 fn lags_s(seeds: std::ops::RangeInclusive<u64>) -> [f64; 9] {
-    /// Number of samples, about 3 s, over which the mean of truth and error is removed: slower differences are not lag.
+    /// Number of samples, about 3 s, over which the means of truth and of error are removed: slower differences are not
+    /// lag.
     const WINDOW: usize = 99;
     let (mut product, mut square) = ([0.0; 9], [0.0; 9]);
     for seed in seeds {

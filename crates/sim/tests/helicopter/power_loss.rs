@@ -69,8 +69,8 @@ fn with_the_collective_down_it_autorotates_as_rotors_do() {
         "rotor at {:.0} %, sink {sink_mps:.2} m/s, {share:.2} induced velocities",
         100.0 * speed
     );
-    // 1.79 for a rotor force of 1.25 times its disc under the dynamic pressure, as on autogyros: Leishman (2006),
-    // equations 12.7 to 12.11, after Harris (2003).
+    // A ratio of 1.79 corresponds to a rotor force of 1.25 times dynamic pressure times disc area, as on autogyros:
+    // Leishman (2006), equations 12.7 to 12.11, after Harris (2003).
     assert!((1.6..2.1).contains(&share), "{share}");
     assert!((0.6..1.1).contains(&speed) && torque_nm.abs() < 1e-3, "{speed} {torque_nm}");
 }

@@ -1,4 +1,4 @@
-//! Structures adapted to a flight: its still sticks, their unit, and a stabiliser bar.
+//! Structures adapted to a flight: to sticks that never move, to the unit of the sticks, and to a stabiliser bar.
 
 use std::collections::BTreeSet;
 
@@ -35,8 +35,8 @@ impl Structure {
         self
     }
 
-    /// The structure for sticks of which `units`, in the unit of the record, correspond to full travel: starts, limits
-    /// and priors of the derivatives by a stick are per this unit. A search then takes the same steps in every unit.
+    /// The structure for sticks in the unit of the record, in which `units` correspond to full travel. It converts
+    /// initial values, limits and priors of the control derivatives. A search then takes the same steps in every unit.
     pub(super) fn in_units(mut self, units: [f64; 4]) -> Self {
         for (stick, unit) in STICKS.iter().zip(units) {
             let Some(input) = self.inputs.iter().position(|own| own == stick) else { continue };
@@ -63,8 +63,8 @@ impl Structure {
         self
     }
 
-    /// The structure with a stabiliser bar. `found` are the estimates without a bar: the stick's effect in them gives
-    /// the initial values of stick and bar.
+    /// The structure with a stabiliser bar. `found` contains the estimates without a bar. Its control derivatives give
+    /// the initial values for stick and bar.
     pub(super) fn with_bar(self, found: &Estimates, units: [f64; 4]) -> Self {
         let mut with = self;
         let of_stick = |name: &str| found.get(name).map_or(0.0, |estimate| estimate.value);
@@ -96,7 +96,7 @@ impl Structure {
         with
     }
 
-    /// Inputs that a pilot moves.
+    /// Inputs that are sticks of the pilot.
     pub(super) fn inputs_of_pilot(&self) -> impl Iterator<Item = &str> {
         self.inputs.iter().map(String::as_str).filter(|input| STICKS.contains(input))
     }

@@ -6,21 +6,24 @@ use super::flight::{INJECTED, STEPPED};
 use crate::methods::frequency::{Band, SpectrumSettings, Window, spectra};
 use crate::record::{Experiment, STICKS};
 
-/// Part of a stick's power that lies within its bandwidth.
+/// Fraction of a stick's power that lies within its bandwidth.
 const WITHIN: f64 = 0.95;
-/// Window of the spectra, s, and their first frequency, Hz.
+/// Length of the windows of the spectra, s.
 const WINDOW_S: f64 = 10.0;
+/// First frequency of the spectra, Hz.
 const FIRST_HZ: f64 = 0.1;
+/// Number of frequencies of the spectra.
 const POINTS: usize = 300;
-/// Highest bandwidth, Hz: beyond it a vehicle does not respond as a rigid body.
+/// Highest bandwidth, Hz. At higher frequencies a vehicle does not respond as a rigid body.
 const MOST_HZ: f64 = 20.0;
-/// Least number of samples in a period of the bandwidth, and longest sample period for identification, s.
+/// Smallest number of samples in one period of the bandwidth frequency.
 const SAMPLES: f64 = 6.0;
+/// Longest sample period for identification, s.
 pub(super) const LONGEST_PERIOD_S: f64 = 0.045;
-/// Part of the largest span below which a signal is still.
+/// Fraction of the largest span of all signals below which a signal counts as still.
 const STILL: f64 = 0.05;
 
-/// Moving inputs among `names`. Each has at least a twentieth of the largest span.
+/// Inputs among `names` that move: their span is more than a twentieth of the largest span.
 pub(super) fn moving<'a>(record: &Experiment, names: &[&'a str]) -> Vec<&'a str> {
     let span = |name: &&str| record.signal(name).map_or(0.0, |own| own.max() - own.min());
     let largest = names.iter().map(span).fold(0.0, f64::max);
@@ -28,7 +31,8 @@ pub(super) fn moving<'a>(record: &Experiment, names: &[&'a str]) -> Vec<&'a str>
     names.iter().filter(moves).copied().collect()
 }
 
-/// Bandwidth of the excitation, Hz: of the injected movement or of the steps, else of the sticks.
+/// Bandwidth of the excitation, Hz: that of the injected movement, else of the steps of test points, else of the
+/// sticks.
 pub(super) fn bandwidth_hz(record: &Experiment) -> f64 {
     let tests = [&INJECTED, &STEPPED, &STICKS].map(|names| moving(record, names));
     let Some(names) = tests.into_iter().find(|names| !names.is_empty()) else { return 0.0 };
@@ -57,7 +61,8 @@ pub(super) fn bandwidth_hz(record: &Experiment) -> f64 {
     (0..signals.ncols()).map(of).fold(0.0, f64::max)
 }
 
-/// Longest sample period for identification, s: well above the frequencies that sticks and gusts excite.
+/// Longest sample period for identification, s. The sample rate is well above the frequencies that sticks and gusts
+/// excite.
 pub(super) fn longest_period_s(record: &Experiment) -> f64 {
     LONGEST_PERIOD_S.min((SAMPLES * bandwidth_hz(record)).recip())
 }

@@ -7,7 +7,7 @@ use crate::methods::excitation::{InputFault, check_inputs};
 use crate::record::STICKS;
 use crate::record::preprocess::{KinematicChannels, check_kinematics};
 
-/// Fraction of an interval with a still stick that may be missing; from it on the stick does not count as still.
+/// Fraction of missing data in an interval with a still stick from which on the stick does not count as still.
 const UNRECORDED: f64 = 0.9;
 
 /// Warnings about the sticks and the motion of `flight`, one sentence each. They report sticks that do not move or move

@@ -13,20 +13,27 @@ use super::kind::Kind;
 use super::velocity_error::{SlowError, VelocityError};
 use crate::methods::structure::{Parameter, Structure};
 
-/// Name, unit, initial value, lower and upper limit. The initial values are round numbers of a 60-class helicopter.
+/// Row of a parameter table: name, unit, initial value, lower and upper limit. The initial values are round numbers of
+/// a 60-class helicopter.
 type Row = (&'static str, &'static str, f64, f64, f64);
 
+/// Parameters of yaw.
 const YAW: &[Row] = &[("Nr", "1/s", -5.0, -60.0, 5.0), ("Nped", "rad/s²", 20.0, -500.0, 500.0)];
+/// Yaw due to collective and side velocity.
 const YAW_COUPLING: &[Row] =
     &[("Ncol", "rad/s²", 0.0, -200.0, 200.0), ("Nv", "rad/(s m)", 0.0, -10.0, 10.0)];
+/// Parameters of heave.
 const HEAVE: &[Row] = &[("Zw", "1/s", -0.7, -10.0, 5.0), ("Zcol", "m/s²", -15.0, -500.0, 500.0)];
+/// Damping of forward and side velocity.
 const TRANSLATION: &[Row] = &[("Xu", "1/s", -0.05, -5.0, 5.0), ("Yv", "1/s", -0.1, -5.0, 5.0)];
+/// Roll and pitch moments due to speed.
 const SPEED_MOMENTS: &[Row] = &[
     ("Lu", "rad/(s m)", 0.0, -10.0, 10.0),
     ("Lv", "rad/(s m)", 0.0, -10.0, 10.0),
     ("Mu", "rad/(s m)", 0.0, -10.0, 10.0),
     ("Mv", "rad/(s m)", 0.0, -10.0, 10.0),
 ];
+/// Parameters of roll and pitch without flapping states.
 const REDUCED: &[Row] = &[
     ("Lp", "1/s", -10.0, -100.0, 10.0),
     ("Lq", "1/s", 0.0, -100.0, 100.0),
@@ -41,8 +48,8 @@ const REDUCED: &[Row] = &[
     ("Ylat", "m/s²", 0.0, -100.0, 100.0),
     ("Ylon", "m/s²", 0.0, -100.0, 100.0),
 ];
-/// Equation 3.39 contains Ba, 3.40 Ab. The hub moments La and Mb are omitted: Lb and Ma with the flapping's own
-/// cross-coupling are equivalent.
+/// Parameters of first-order flapping. Equation 3.39 contains Ba, equation 3.40 Ab. The hub moments La and Mb are
+/// omitted, because Lb and Ma with the cross-coupling of the flapping are equivalent.
 const FLAPPING: &[Row] = &[
     ("tau_f", "s", 0.1, 0.01, 1.0),
     ("Ab", "", 0.0, -5.0, 5.0),
@@ -52,7 +59,7 @@ const FLAPPING: &[Row] = &[
     ("Lb", "1/s²", 120.0, 5.0, 1000.0),
     ("Ma", "1/s²", 80.0, 5.0, 1000.0),
 ];
-/// Stabiliser bar: its tilts c and d turn the swashplate by Ac and Bd. Ac = Bd = 0 means no bar.
+/// Parameters of the stabiliser bar. Its tilts c and d turn the swashplate by Ac and Bd. Ac = Bd = 0 means no bar.
 const BAR: &[Row] = &[
     ("Ac", "", 0.0, -2.0, 2.0),
     ("Bd", "", 0.0, -2.0, 2.0),
@@ -60,7 +67,8 @@ const BAR: &[Row] = &[
     ("Clon", "rad", 0.0, -2.0, 2.0),
     ("Dlat", "rad", 0.0, -2.0, 2.0),
 ];
-/// Initial values from Mettler, Tischler and Kanade (2002), table 2, feet converted to metres.
+/// Parameters of Mettler's R-50. Initial values from Mettler, Tischler and Kanade (2002), table 2, feet converted to
+/// metres.
 const R50: &[Row] = &[
     ("Xu", "1/s", -0.050_46, -2.0, 2.0),
     ("Xa", "m/s²", -9.814_56, -50.0, 0.0),
@@ -100,34 +108,41 @@ const R50: &[Row] = &[
 ];
 
 /// Range of the delay from a stick sample to the sensor sample that shows the response, s. The delay is negative where
-/// a stick is recorded after it moved: by half a period where it moves between samples. Each stick has its own delay,
-/// because the position of a step between two samples is random.
+/// a stick is recorded after it moved. A movement between samples is recorded half a period late. Each stick has its
+/// own delay, because the position of a step between two samples is random.
 const DELAY_LIMITS_S: (f64, f64) = (-0.03, 0.2);
+/// Delays of the cyclic sticks.
 const CYCLIC_DELAY: &[Row] = &[
     ("tau_lat", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1),
     ("tau_lon", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1),
 ];
+/// Delay of the collective.
 const COLLECTIVE_DELAY: &[Row] = &[("tau_col", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
+/// Delay of the pedal.
 const PEDAL_DELAY: &[Row] = &[("tau_ped", "s", 0.005, DELAY_LIMITS_S.0, DELAY_LIMITS_S.1)];
 
-/// Time constants of the gusts, first-order Gauss–Markov on each axis. MIL-F-8785C gives the turbulence scale at 10 m:
-/// 67 m horizontally, 10 m vertically. The wind carries it past at a few m/s.
+/// Time constant of the horizontal gusts, first-order Gauss–Markov on each axis. MIL-F-8785C gives a turbulence scale
+/// of 67 m at a height of 10 m. The wind carries the turbulence past the vehicle at a few m/s.
 const GUST: &[Row] = &[("tau_gust", "s", 15.0, 0.5, 100.0)];
+/// Time constant of the vertical gusts. MIL-F-8785C gives a turbulence scale of 10 m at a height of 10 m.
 const VERTICAL_GUST: &[Row] = &[("tau_gust_w", "s", 3.0, 0.3, 30.0)];
 
 /// Range of the servo time constants, s: first-order lags, typically with corners from 5 to 13 Hz.
 const SERVO_LAG: (f64, f64) = (0.0, 0.1);
+/// Servo lags of the cyclic sticks.
 const CYCLIC_LAG: &[Row] = &[
     ("lag_lat", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1),
     ("lag_lon", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1),
 ];
+/// Servo lag of the collective.
 const COLLECTIVE_LAG: &[Row] = &[("lag_col", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1)];
+/// Servo lag of the pedal.
 const PEDAL_LAG: &[Row] = &[("lag_ped", "s", 0.005, SERVO_LAG.0, SERVO_LAG.1)];
 
 /// Prior values of a hovering helicopter of a few kilograms: value and one sigma.
 ///
 /// Zw of a hovering rotor is −2 a A_b ρ ΩR λ / ((16 λ + a s) m): −0.6 to −1 1/s for models with a rotor of 1 to 2 m. A
-/// wind of some m/s adds up to half of it. The other derivatives are small, of either sign.
+/// wind of some m/s increases the magnitude by up to half. The other derivatives are small, of either sign.
 ///
 /// # Source
 /// Padfield, *Helicopter Flight Dynamics*, section 4.3.3; Mettler, Tischler and Kanade (2002), table 2;
@@ -145,48 +160,59 @@ const EXPECTED: [(&str, f64, f64); 11] = [
     ("lag_col", 0.005, 0.012),
     ("lag_ped", 0.005, 0.012),
 ];
-/// Correlation times of the error of the measured velocity; their values come from the estimator.
+/// Correlation time of the error of the measured horizontal velocity. Its value comes from the estimator.
 const VELOCITY_ERROR: &[Row] = &[("tau_vh", "s", 5.0, 0.01, 1000.0)];
+/// Correlation time of the error of the measured vertical velocity. Its value comes from the estimator.
 const VERTICAL_VELOCITY_ERROR: &[Row] = &[("tau_vv", "s", 5.0, 0.01, 1000.0)];
 
-/// The effect of gusts on each axis is a slow acceleration of its own, dp to dw. The response to a gust can then exceed
-/// what the derivative predicts, and no gust grows as its derivative vanishes. The terms kw, and ku, kv, kphi and
-/// ktheta below, are those that rigid-body kinematics add to the linear equations. They are known from the flight.
+/// Heave equation. In all equations the effect of gusts on an axis is a slow acceleration of its own, dp to dw. The
+/// response to a gust can then exceed what the derivative predicts, and no gust grows as its derivative vanishes. The
+/// terms ku, kv, kw, kphi and ktheta are those that rigid-body kinematics add to the linear equations. They are known
+/// from the flight.
 ///
-/// A gust along the disc adds lift, dl, as slowly as horizontal gusts do. It acts on roll and pitch by tilting the
-/// disc: with flapping, dp and dq are therefore rates of tilt. Modelled as accelerations they would act faster than any
+/// A horizontal gust also adds lift, dl, as slowly as the gust itself. It acts on roll and pitch by tilting the disc.
+/// In models with flapping, dp and dq are therefore rates of tilt. As accelerations they would act faster than any
 /// rotor, and the identified rotor would be too fast.
 const HEAVE_EQUATIONS: &str = "
     w' = Zw*w + Zcol*collective + kw + dw + dl";
+/// Gusts that act on heave.
 const VERTICAL_GUST_EQUATION: &str = "
     dw' = -dw/tau_gust_w + n_dw
     dl' = -dl/tau_gust + n_dl";
+/// Yaw equation.
 const YAW_EQUATION: &str = "
     r' = Nr*r + Nped*pedal + Ncol*collective + Nv*v + dr + n_r";
+/// Gust that acts on yaw.
 const YAW_GUST_EQUATION: &str = "
     dr' = -dr/tau_gust + n_dr";
+/// Kinematics of roll and pitch.
 const ATTITUDE_EQUATIONS: &str = "
     phi' = p + kphi
     theta' = q + ktheta";
+/// Gusts that act on roll, pitch and horizontal velocity.
 const GUST_EQUATIONS: &str = "
     dp' = -dp/tau_gust + n_dp
     dq' = -dq/tau_gust + n_dq
     du' = -du/tau_gust + n_du
     dv' = -dv/tau_gust + n_dv";
-/// The error of a smoothed velocity varies as slowly as the blend of accelerometers and GPS.
+/// Horizontal velocity with its error. The error of a smoothed velocity varies as slowly as the blend of accelerometers
+/// and GPS.
 const VELOCITY_EQUATIONS: &str = "
     eu' = -eu/tau_vh + n_eu
     ev' = -ev/tau_vh + n_ev
     u = u + eu
     v = v + ev";
+/// Vertical velocity with its error.
 const VERTICAL_VELOCITY_EQUATIONS: &str = "
     ew' = -ew/tau_vv + n_ew
     w = w + ew";
+/// Roll, pitch and horizontal velocity without flapping states.
 const REDUCED_EQUATIONS: &str = "
     p' = Lp*p + Lq*q + Lu*u + Lv*v + Llat*lateral + Llon*longitudinal + dp + n_p
     q' = Mp*p + Mq*q + Mu*u + Mv*v + Mlat*lateral + Mlon*longitudinal + dq + n_q
     u' = Xu*u - 9.81*theta + Xlat*lateral + Xlon*longitudinal + ku + du
     v' = Yv*v + 9.81*phi + Ylat*lateral + Ylon*longitudinal + kv + dv";
+/// Flapping, stabiliser bar, roll, pitch and horizontal velocity.
 const HYBRID_EQUATIONS: &str = "
     b' = -b/tau_f - p + Ba/tau_f*a + Bd/tau_f*d + Blat/tau_f*lateral + dp
     a' = -a/tau_f - q + Ab/tau_f*b + Ac/tau_f*c + Alon/tau_f*longitudinal + dq
@@ -196,7 +222,9 @@ const HYBRID_EQUATIONS: &str = "
     q' = Mu*u + Mv*v + Ma*a + n_q
     u' = Xu*u - 9.81*theta - 9.81*a + ku + du
     v' = Yv*v + 9.81*phi + 9.81*b + kv + dv";
+/// Process noises of roll, pitch and horizontal velocity.
 const CYCLIC_NOISE: &str = "n_p n_q n_dp n_dq n_du n_dv n_eu n_ev";
+/// Mettler's equations of the R-50.
 const R50_EQUATIONS: &str = "
     inputs  lateral longitudinal pedal collective
     outputs u v w p q r phi theta
@@ -223,12 +251,12 @@ impl Kind {
     }
 
     /// Initial σ of each process noise of [`Kind::structure`]. Gusts and unmodelled dynamics are accelerations per
-    /// sample of `period_s`; the noise of the velocity's `error` starts at half its own σ.
+    /// sample of `period_s`; the noise of the velocity error starts at half the σ that explains `error`.
     #[must_use]
     pub fn process_sigma(self, error: &VelocityError, period_s: f64) -> Vec<f64> {
         let of = |noise: &String| match noise.as_str() {
             "n_p" | "n_q" | "n_r" => 0.3,
-            // A rate of tilt: a rotor turns it into an angular acceleration at least ten times as large.
+            // This noise is a rate of tilt. A rotor turns it into an angular acceleration at least ten times as large.
             "n_dp" | "n_dq" if matches!(self, Self::Flapping | Self::Hybrid) => 0.01,
             "n_dp" | "n_dq" | "n_du" | "n_dv" | "n_dl" | "n_dr" => 0.5,
             "n_dw" => 1.0,
@@ -241,10 +269,10 @@ impl Kind {
 
     /// Outputs whose noise is fixed instead of estimated, with its σ, rad and m/s.
     ///
-    /// An estimator's attitude is the integral of its gyros, noise included. Used at its own precision it would imply
-    /// rates without noise. With a much larger σ the attitude only contributes the direction of gravity, and the rates
-    /// determine the dynamics. A velocity with a slow `error` has hardly any white noise. Its σ is a small part of the
-    /// slow error's change within a sample of `period_s`.
+    /// An estimator's attitude is the integral of its gyros, noise included. If it had its own precision, it would
+    /// imply rates without noise. With a much larger σ the attitude only contributes the direction of gravity, and the
+    /// rates determine the dynamics. A velocity with a slow `error` has hardly any white noise. Its σ is a small
+    /// fraction of the slow error's change within a sample of `period_s`.
     #[must_use]
     pub fn held_sigma(self, error: &VelocityError, period_s: f64) -> Vec<(String, f64)> {
         let white = |error: &SlowError| WHITE * error.drive(period_s) * period_s;
@@ -268,8 +296,8 @@ impl Kind {
     }
 }
 
-/// Initial σ of the noise that drives the error of a smoothed velocity, as a part of the σ that explains the whole
-/// error. A smoother counts vibration as noise, but here vibration is notched out. With too large a σ the likelihood
+/// Initial σ of the noise that drives the error of a smoothed velocity, as a fraction of the σ for the whole error. A
+/// smoother counts vibration as noise, but notches have removed it from these data. With too large a σ the likelihood
 /// assigns the helicopter's motion to the measurement error.
 const DRIVEN: f64 = 0.5;
 /// σ of the white part of a smoothed velocity's error, in units of the slow error's change within a sample.
@@ -284,10 +312,10 @@ const NEEDED: [&str; 20] = [
     "tau_f", "Lb", "Ma", "Lp", "Mq", "Nr", "Zw", "Xu", "Yv", "Clon",
 ];
 
-/// Upper limits of process noises, by name: σ as an acceleration per sample of `period_s`. The vertical velocity's
-/// `error` is at most as large as the smoother states. A smoother counts vibration as noise and states too much; here
-/// vibration is notched out. Without the limit the likelihood has a second optimum: gusts count as velocity errors, and
-/// the collective acts too weakly and too late.
+/// Upper limits of process noises, by name: σ as an acceleration per sample of `period_s`. The error of the vertical
+/// velocity is at most as large as `error`, the value of the smoother. A smoother counts vibration as noise, so its
+/// value is too large for data without vibration. Without the limit the likelihood has a second optimum: gusts count as
+/// velocity errors, and the collective acts too weakly and too late.
 pub(super) fn largest_process_sigma(error: &VelocityError, period_s: f64) -> Vec<(String, f64)> {
     vec![("n_ew".to_owned(), error.vertical.drive(period_s))]
 }
@@ -362,7 +390,7 @@ fn structure(kind: Kind) -> Structure {
             let parameter = Parameter::new(name, unit, start).within(lower, upper);
             let is_bar = kind != Kind::R50 && BAR.iter().any(|row| row.0 == name);
             let parameter = if is_bar { parameter.held() } else { parameter };
-            // A flight of minutes cannot separate it from the noise that it filters.
+            // A flight of minutes cannot separate the time constant from the noise that it filters.
             let parameter = if HELD.contains(&name) { parameter.held() } else { parameter };
             let parameter = match EXPECTED.iter().find(|(known, ..)| *known == name) {
                 Some(&(_, value, sigma)) if kind != Kind::R50 => parameter.expected(value, sigma),

@@ -20,9 +20,9 @@ pub enum IdentifyError {
         sticks_s[0], sticks_s[1], motion_s[0], motion_s[1]
     )]
     Apart {
-        /// First and last row of the sticks, s.
+        /// Times of the first and last row of the sticks, s.
         sticks_s: [f64; 2],
-        /// First and last solution, s.
+        /// Times of the first and last solution, s.
         motion_s: [f64; 2],
     },
     /// Too few solutions for a record.

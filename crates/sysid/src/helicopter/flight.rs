@@ -11,7 +11,7 @@ use hovernav::gps::Fix;
 use hovernav::time::Time;
 use hovernav_log::Dataset;
 
-/// The signals of a flight, in order: the motion as estimated.
+/// Signals of the estimated motion of a flight, in order.
 pub const MOTION: [&str; 8] = ["u", "v", "w", "p", "q", "r", "phi", "theta"];
 
 /// Terms that rigid-body kinematics add to the linear equations of u, v, w (m/s²), φ and θ (rad/s).
@@ -25,8 +25,9 @@ pub(super) const INJECTED: [&str; 4] =
 pub(super) const STEPPED: [&str; 4] =
     ["stepped_lateral", "stepped_longitudinal", "stepped_collective", "stepped_pedal"];
 
-/// Order of the anti-alias filter before decimation, and its corner as a part of half the new sample rate.
+/// Order of the anti-alias filter before decimation.
 const ALIAS_ORDER: usize = 8;
+/// Corner frequency of the anti-alias filter, as a fraction of half the new sample rate.
 const ALIAS_PART: f64 = 0.8;
 
 /// Gravity of the equations, m/s².
@@ -51,14 +52,14 @@ pub struct FlightRecord {
     pub experiment: Experiment,
     /// Heading at each sample, rad.
     pub heading_rad: Vec<f64>,
-    /// Parts without sticks or motion; the samples there hold the last value or are interpolated.
+    /// Parts of the flight without sticks or motion. The samples there hold the last value or are interpolated.
     pub gaps: Vec<Gap>,
 }
 
 impl FlightRecord {
     /// Samples `solutions` of `dataset`, in time order, on a uniform grid at their usual interval. Motion is
-    /// interpolated, and sticks count from their median. Each stick is the mean of its held values over the interval to the next sample: a step between two
-    /// samples keeps its time.
+    /// interpolated, and sticks are relative to their median. Each stick is the mean of its held values over the
+    /// interval to the next sample: a step between two samples keeps its time.
     ///
     /// # Errors
     /// [`IdentifyError`] where there are no controls or no solutions.
@@ -78,7 +79,7 @@ impl FlightRecord {
             return Err(short);
         }
         let usual = intervals[intervals.len() / 2];
-        // The mean of the usual intervals: a median alone contains the rounding of the clock.
+        // The interval is the mean of the usual intervals. A median alone contains the rounding of the clock.
         let usual: Vec<f64> = intervals
             .into_iter()
             .filter(|interval| (0.9..1.1).contains(&(interval / usual)))
@@ -202,7 +203,7 @@ impl FlightRecord {
         Ok(piece)
     }
 
-    /// The sample at `time`, at most one past the last.
+    /// Index of the sample at `time`, at most one past the last sample.
     pub(super) fn sample(&self, time: Time) -> usize {
         let samples = (time - self.start) / self.experiment.period_s;
         (samples.round().max(0.0) as usize).min(self.experiment.samples())
@@ -241,7 +242,7 @@ fn medians(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
     })
 }
 
-/// The mean of each stick over `period_s` from `from` on, each value held until the next.
+/// Mean of each stick over `period_s` from `from` on, with each value held until the next.
 fn held_mean(controls: &[(Time, [f64; 4])], from: Time, period_s: f64) -> [f64; 4] {
     let until = from.offset_by(period_s);
     let mut at = controls.partition_point(|control| control.0 <= from).max(1) - 1;

@@ -30,10 +30,10 @@ impl Found {
     }
 }
 
-/// Decrease of Akaike's criterion that justifies a stabiliser bar: the model `with` it against the model `without`. It
-/// is Schwarz's penalty, the logarithm of the effective number of samples, for each parameter that only the model with
-/// a bar identifies. Innovations that are not white overstate the likelihood of these parameters. The factor of
-/// overstatement comes from the innovations alone, without the widening of the bounds.
+/// Decrease of Akaike's criterion that justifies a stabiliser bar, from the model `without` to the model `with` the
+/// bar. It is Schwarz's penalty for each parameter that only the model with a bar identifies: the logarithm of the
+/// effective number of samples. Innovations that are not white overstate the likelihood of these parameters. The factor
+/// comes from the innovations alone, without the widening of the bounds.
 ///
 /// # Source
 /// Schwarz (1978), *Annals of Statistics* 6(2); Gao and Song (2010), *JASA* 105(492), for a likelihood that treats

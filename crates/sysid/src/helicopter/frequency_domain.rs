@@ -49,7 +49,7 @@ impl SideBySide {
     }
 }
 
-/// Cost J of both models against the flight's response of one output to one stick.
+/// Cost J of both models, compared with the flight's response of one output to one stick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairCost {
     /// The stick.
@@ -88,12 +88,12 @@ pub struct FrequencyDomain {
 impl FrequencyDomain {
     /// Fits the equations of `found` to the frequency responses of `record`, the flight that `found` comes from.
     ///
-    /// The fit uses the responses alone. Servo lags are fixed where the flight excites no frequencies well above 4 Hz, up
-    /// to which they are equivalent to delays. Parameters that are not identifiable from the responses are fixed one by
-    /// one, the least identifiable first.
+    /// The fit uses the responses alone. Up to 4 Hz a servo lag is equivalent to a delay. Servo lags are therefore
+    /// fixed unless the flight excites much higher frequencies. Parameters that are not identifiable from the responses
+    /// are fixed one by one, the least identifiable first.
     ///
     /// # Errors
-    /// [`FrequencyError`] where no stick moved independently, or no output responds to one coherently.
+    /// [`FrequencyError`] where no stick moved independently, or no output responds coherently to a stick.
     ///
     /// # Source
     /// Tischler & Remple, chapters 9 to 12.

@@ -4,8 +4,9 @@ use std::fmt;
 
 use hovernav::time::Time;
 
-/// Rows form a gap when they are further apart than this, s, and than [`USUAL`] median intervals.
+/// Time between rows above which they form a gap, s. A gap is also longer than [`USUAL`] median intervals.
 const LONGEST_S: f64 = 0.3;
+/// Number of median intervals between rows above which they form a gap.
 const USUAL: f64 = 10.0;
 
 /// A part of a flight without data.

@@ -27,11 +27,11 @@ const WINDOW_S: f64 = 5.0;
 /// Factor on the bounds for effects that the structure omits: servo and governor dynamics. Tischler and Remple, section
 /// 12.3, use 2.
 pub(super) const WIDENED: f64 = 1.5;
-/// Travel of a stick in a flight, in units of its full travel on one side, that the start values suit.
+/// Travel of a stick in a flight that suits the initial values, as a fraction of full travel to one side.
 const USUAL_TRAVEL: f64 = 0.3;
-/// Lowest frequency of a vibration tone, Hz; below it a line may be a mode of the helicopter.
+/// Lowest frequency of a vibration tone, Hz. A lower spectral line may be a mode of the helicopter.
 const LEAST_TONE_HZ: f64 = 5.0;
-/// Signals that are refilled in the band of a removed tone: integrals of accelerometers.
+/// Signals that are refilled with noise in the band of a removed tone: integrals of accelerometer signals.
 pub(super) const FILLED: [&str; 3] = ["u", "v", "w"];
 /// Longest time over which residuals may be correlated, s: about the length of a gust.
 const RESIDUAL_CORRELATION_S: f64 = 2.0;
@@ -55,15 +55,15 @@ pub struct Identification {
     pub validation_points: Vec<usize>,
     /// The parameters with their bounds, and the log of dropped terms.
     pub identified: Identified,
-    /// The cyclic model with a stabiliser bar, where its likelihood is higher than without, but not by enough to select
-    /// it.
+    /// The cyclic model with a stabiliser bar that was not selected. Its likelihood is higher than without a bar, but
+    /// not by enough.
     pub passed_over: Option<Identified>,
     /// Fit over windows of the estimation test points.
     pub estimation: Fit,
     /// Fit over the validation test points, if any, of the model identified without them.
     pub validation: Option<Fit>,
-    /// Time by which the vehicle responds before its sticks move in the record, s, if that is too long for sampling to
-    /// explain. The stick record is late by this time plus the lag of the servos.
+    /// Time by which the vehicle responds before its sticks move in the record, s. `None` unless it is longer than
+    /// sampling can explain. The stick record is late by this time plus the lag of the servos.
     pub answers_early_s: Option<f64>,
     /// Parameters on which time and frequency domain differ by more than chance allows.
     pub conflicts: Vec<Conflict>,
@@ -71,11 +71,13 @@ pub struct Identification {
     pub warnings: Vec<String>,
 }
 
-/// Identifies a helicopter of `kind` from a flight.
+/// Identifies a model of `kind` from a flight. Without a kind it is [`Hybrid`](Kind::Hybrid), or [`Hover`](Kind::Hover)
+/// for a vehicle whose rotors do not flap: the rotor's
+/// time constant is then on its limit, and Akaike's criterion prefers the model without flapping.
 ///
 /// The model is identified from all flight near a hover except the validation data. The last repetition on each stick
-/// with at least two is held back; for a flight without test points, every fourth ten seconds are. The validation data judge
-/// that model. Its parameters are then estimated again with these data included, and a stabiliser bar must again
+/// with at least two is held back; for a flight without test points, every fourth piece of 10 s is. The validation data
+/// judge that model. Its parameters are then estimated again with these data included, and a stabiliser bar must again
 /// justify its extra parameters. The windows of the fits are simulated over 5 s, each from its own initial state.
 ///
 /// # Errors
@@ -83,16 +85,18 @@ pub struct Identification {
 pub fn identify(
     dataset: &Dataset,
     solutions: &[Solution],
-    kind: Kind,
+    kind: impl Into<Option<Kind>>,
     velocity: Velocity,
 ) -> Result<Identification, IdentifyError> {
+    let requested = kind.into();
+    let mut kind = requested.unwrap_or(Kind::Hybrid);
     let flown = FlightRecord::new(dataset, solutions, velocity)?;
     let least_hz = LEAST_TONE_HZ.max(bandwidth_hz(&flown.experiment));
     let tones = find_tones(&flown.experiment, least_hz);
     let record = flown.without_tones(&tones, &FILLED);
     let longest_s = match velocity {
         Velocity::Estimated => longest_period_s(&record.experiment),
-        // For comparison only.
+        // Held GPS velocity serves for comparison only.
         Velocity::HeldGps => LONGEST_PERIOD_S,
     };
     let record = record.thinned(longest_s).map_err(IdentifyError::Preprocess)?;
@@ -101,7 +105,7 @@ pub fn identify(
     test_points.retain(|point| {
         point.start >= record.start && point.end <= end && record.is_whole(point.start, point.end)
     });
-    let structure = kind.structure();
+    let mut structure = kind.structure();
     let (mut estimation_points, mut validation_points) = (Vec::new(), Vec::new());
     for (index, stick) in STICKS.iter().enumerate() {
         if !structure.inputs.iter().any(|input| input == stick) {
@@ -138,7 +142,8 @@ pub fn identify(
             "no test point found on {}: the parameters come from the pilot's other stick movements",
             structure.inputs_of_pilot().collect::<Vec<_>>().join(", ")
         ));
-        // Spread over the flight: a test of one stick after another leaves some of each.
+        // The held-back pieces are spread over the flight. If the sticks are tested one after another, pieces of each
+        // remain.
         let all = test_points.len()..test_points.len() + pieces.len();
         test_points.extend(pieces);
         let is_held_back = |point: &usize| (point - all.start) % 4 == 3;
@@ -163,6 +168,10 @@ pub fn identify(
         .map(|travel| if travel > 0.0 { travel / USUAL_TRAVEL } else { 1.0 });
     let search = Search { stretches: &stretches, error: &error, still: &still, period_s, units };
     let mut parts = search.parts(kind)?;
+    if requested.is_none() && parts.iter_mut().any(|part| search.drop_flapping(part)) {
+        kind = Kind::Hover;
+        structure = kind.structure();
+    }
     let answers_early_s = search.answers_early_s(&parts);
     // The velocity held from fix to fix serves for comparison only.
     let measured = |held_back: &[&TestPoint]| match velocity {
@@ -272,7 +281,7 @@ impl Search<'_> {
         }
     }
 
-    /// Identifies each part of `kind` on its own, or all of it at once where it has no parts.
+    /// Identifies each part of `kind` on its own; a `kind` without parts as a whole.
     fn parts(&self, kind: Kind) -> Result<Vec<Found>, PredictionErrorError> {
         match kind.parts() {
             [] => Ok(vec![self.best(kind)?]),
@@ -280,8 +289,24 @@ impl Search<'_> {
         }
     }
 
-    /// Continues the search of each part on these data. A stabiliser bar that more data do not justify is removed from
-    /// `parts` too.
+    /// Replaces `part` by roll and pitch without flapping, if its rotor flaps as fast as the limit allows and the data
+    /// are more likely without flapping, by Akaike's criterion. Returns whether it did. A multirotor's motors then count
+    /// as lags of the inputs.
+    fn drop_flapping(&self, part: &mut Found) -> bool {
+        let rotor = part.identified.estimates.get("tau_f");
+        if part.kind != Kind::Flapping || rotor.is_none_or(|own| own.status != Status::OnBound) {
+            return false;
+        }
+        let rigid = self.best(Kind::RollPitch).ok();
+        let Some(rigid) = rigid.filter(|own| own.identified.aic < part.identified.aic) else {
+            return false;
+        };
+        *part = rigid;
+        true
+    }
+
+    /// Continues the search of each part on the data of this search. A stabiliser bar that these data do not justify is
+    /// also removed from `parts`.
     fn on_from(&self, parts: &mut [Found]) -> Result<Vec<Found>, PredictionErrorError> {
         let on_from = |part: &mut Found| {
             let settings = self.settings(part.kind);
@@ -315,7 +340,7 @@ impl Search<'_> {
     }
 
     /// `part` with the collective's delay re-estimated from the injected movement, or else from the steps of its test
-    /// points. A height controller responds to gusts, and the likelihood takes that response for a delay.
+    /// points. A height controller responds to gusts, and the likelihood interprets that response as a delay.
     fn with_injected_delay(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
         let found = &part.identified;
         if part.kind != Kind::Heave {
@@ -333,9 +358,11 @@ impl Search<'_> {
         Ok(found.clone())
     }
 
-    /// Time by which the vehicle responds before its sticks move, s, from yaw or else from heave. It is searched where
-    /// the part's delay ended on its lower limit: the search is repeated without that limit, starting at every sample.
+    /// Time by which the vehicle responds before its sticks move, s, from yaw or else from heave. It is searched only
+    /// where the estimated delay ended on its lower limit. The search is then repeated with a lower limit of −0.3 s,
+    /// from initial values one sample apart.
     fn answers_early_s(&self, parts: &[Found]) -> Option<f64> {
+        /// Lower limit of the delay in the repeated search, s.
         const EARLIEST_S: f64 = -0.3;
         let of = |kind: Kind| parts.iter().find(|part| part.kind == kind);
         let part = of(Kind::Yaw).filter(|_| !self.is_still("pedal")).or_else(|| of(Kind::Heave))?;
@@ -367,9 +394,9 @@ impl Search<'_> {
     /// The most likely result of the searches from all starts.
     ///
     /// Where process noise can replace the response to the sticks, the likelihood has a second optimum. The searches
-    /// therefore start on both sides.
+    /// therefore start near both optima.
     fn best(&self, kind: Kind) -> Result<Found, PredictionErrorError> {
-        /// Parameter, its initial value, and a factor on the initial process noise.
+        /// Model, parameter, initial value of the parameter, and factor on the initial process noise.
         const STARTS: [(Kind, &str, f64, f64); 5] = [
             (Kind::Flapping, "tau_f", 0.1, 1.0),
             (Kind::Yaw, "Nr", -4.0, 1.0),
@@ -378,7 +405,7 @@ impl Search<'_> {
             (Kind::Heave, "Zw", -0.7, 10.0),
         ];
         let structure = self.prepared(kind.structure());
-        // A velocity held from fix to fix serves for comparison only: one search is enough.
+        // Velocity held from fix to fix serves for comparison only, so one search is enough.
         let is_held = *self.error == VelocityError::NONE;
         let most = if is_held { 1 } else { STARTS.len() };
         let starts: Vec<_> = STARTS.iter().filter(|(of, ..)| *of == kind).take(most).collect();
@@ -421,11 +448,12 @@ impl Search<'_> {
         Ok(alone(best))
     }
 
-    /// The more likely of `found` and its neighbours, with the part's delay changed by whole samples.
+    /// The most likely of `found` and the optima whose delay differs by whole samples.
     ///
-    /// Between two samples the held stick is their mean. The likelihood therefore has an optimum in the delay at each
-    /// sample, and under feedback the neighbouring one is nearly as likely.
+    /// Between two samples the held stick is a weighted mean of both. The likelihood therefore has an optimum of the
+    /// delay at each sample. Under feedback the neighbouring optimum is nearly as likely.
     fn hopped(&self, mut found: Identified, kind: Kind) -> Identified {
+        /// Largest number of samples in each direction.
         const MOST: usize = 3;
         let Some(delay) = kind.own_delay() else { return found };
         let settings = self.settings(kind);
@@ -447,8 +475,8 @@ impl Search<'_> {
     /// Selects between `known` and the result of a search with `structure`, which adds a stabiliser bar.
     fn with_bar(&self, known: Identified, kind: Kind, structure: &Structure) -> Found {
         // The search starts at the noise found without a bar. A gust tilts the disc by the same angle, so its rate of
-        // tilt scales with the speed of the rotor. From the default start, noise sometimes replaces the effect of the
-        // bar.
+        // tilt scales with the speed of the rotor. With the default initial noise, noise sometimes replaces the effect
+        // of the bar.
         let rotor = structure.parameter("tau_f");
         let faster = rotor.map_or(1.0, |own| known.values()[own] / structure.parameters[own].start);
         let noises = structure.noises.iter().zip(known.process_sigma());

@@ -1,4 +1,4 @@
-//! The part of the helicopter to identify.
+//! Kinds of models: the part of the helicopter to identify, and its level of detail.
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,7 +12,7 @@ pub enum Kind {
     Heave,
     /// p, q, φ, θ, u, v from the cyclic, with instantaneous flapping: the thesis's reduced model.
     RollPitch,
-    /// The same with flapping: the cyclic part of [`Hybrid`](Self::Hybrid).
+    /// As [`RollPitch`](Self::RollPitch), with flapping: the cyclic part of [`Hybrid`](Self::Hybrid).
     Flapping,
     /// All ten states of equations 3.50–3.57, flapping included.
     Hybrid,
@@ -34,8 +34,8 @@ impl Kind {
         Self::R50,
     ];
 
-    /// Parts that the equations decouple into. Each is identified on its own, with the motion of the others as known
-    /// inputs. Empty for equations that do not decouple.
+    /// Parts into which the equations decouple. Each part is identified on its own, with the motion of the other parts
+    /// as known inputs. Empty for equations that do not decouple.
     #[must_use]
     pub const fn parts(self) -> &'static [Self] {
         match self {
@@ -45,7 +45,7 @@ impl Kind {
         }
     }
 
-    /// The delay of a part with a single stick of its own.
+    /// Name of the delay parameter of a part that has a stick of its own.
     pub(super) const fn own_delay(self) -> Option<&'static str> {
         match self {
             Self::Yaw => Some("tau_ped"),

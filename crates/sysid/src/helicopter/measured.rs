@@ -55,24 +55,27 @@ impl Output {
     }
 }
 
-/// Lowest frequency that a test point of ten seconds contains and highest that a step still excites, Hz.
+/// Lowest frequency that a test point of ten seconds contains, Hz.
 const FIRST_HZ: f64 = 0.15;
+/// Highest frequency that a step still excites, Hz.
 const LAST_HZ: f64 = 4.0;
-/// Highest frequency, Hz, from which on a lag is separable from a delay.
+/// Highest excited frequency, Hz, above which a lag is separable from a delay.
 const LAG_HZ: f64 = 8.0;
-/// Number of frequencies of the spectra, and of the fit.
+/// Number of frequencies of the spectra.
 const SPECTRAL_POINTS: usize = 160;
+/// Number of frequencies of the fit.
 const FIT_POINTS: usize = 32;
 /// Smallest number of coherent frequencies at which a response is fitted.
 const LEAST_POINTS: usize = 8;
-/// Frequencies are not fitted where a stick has less than this part of the power at neighbouring frequencies.
+/// Fraction of a stick's power at neighbouring frequencies below which a frequency is not fitted.
 const GAP: f64 = 0.1;
-/// A parameter is not identifiable from the responses when its bound exceeds this part of its value; for a delay, s.
+/// Bound of a parameter, as a fraction of its value, above which it is not identifiable from the responses.
 const UNIDENTIFIED: f64 = 1.0;
+/// Bound of a delay, s, above which it is not identifiable from the responses.
 const UNIDENTIFIED_DELAY_S: f64 = 0.03;
-/// Part of a prior's sigma above which a bound means that the responses add nothing to it.
+/// Bound, as a fraction of the prior's sigma, above which the responses add no information to the prior.
 const PRIOR: f64 = 0.9;
-/// The search stops when the relative decrease of the cost falls below this.
+/// Relative decrease of the cost below which the search stops.
 const LEAST_DECREASE: f64 = 1e-4;
 
 /// Excitation from which the responses are computed.
@@ -80,14 +83,14 @@ const LEAST_DECREASE: f64 = 1e-4;
 pub enum Basis {
     /// The sticks themselves, over the test points. Valid where no feedback moves the sticks against gusts.
     Sticks,
-    /// The movement injected on top of a controller's, over all flight near a hover.
+    /// The movement injected in addition to a controller's, over all flight near a hover.
     Injected,
 }
 
 impl Basis {
     /// Smallest coherence of a frequency point to fit. For sticks it is Tischler and Remple's 0.6, because feedback is
     /// coherent too. Low coherence of injected movement means that gusts dominate, and the fit already weights such
-    /// points down. In wind, steps of 1.5 s rarely reach more.
+    /// points down. In wind, steps of 1.5 s rarely reach a higher coherence.
     const fn least_coherence(self) -> f64 {
         match self {
             Self::Sticks => 0.6,
@@ -123,23 +126,23 @@ pub(super) struct Measured {
 pub(super) struct Fitted {
     /// Index of each of `parameters` in the structure.
     pub places: Vec<usize>,
-    /// Parameters identifiable from the responses: the model that the fit started from, and the fit.
+    /// Parameters identifiable from the responses, with their values in the initial model and in the fit.
     pub parameters: Vec<SideBySide>,
-    /// Parameters not identifiable from the responses, fixed at their values.
+    /// Parameters not identifiable from the responses, fixed at their initial values.
     pub untold: Vec<String>,
     /// Costs of every response that was coherent at enough frequencies.
     pub costs: Vec<PairCost>,
-    /// Mean cost of the start, and of the fit.
+    /// Mean cost of the initial model, and of the fit.
     pub mean_cost: (f64, f64),
     /// Whether the fit converged.
     pub converged: bool,
-    /// Responses of the start at every frequency of the spectra.
+    /// Responses of the initial model at every frequency of the spectra.
     pub modelled: Responses,
 }
 
 impl Fitted {
-    /// Whether the parameter `place` of `structure` is the delay of a stick whose lag the fit holds: up to 4 Hz only their
-    /// sum is known, and the bound of the delay holds for this lag alone.
+    /// Whether the parameter at index `place` of `structure` is the delay of a stick with a fixed lag. Up to 4 Hz only
+    /// the sum of delay and lag is known. The bound of the delay is then valid for this lag only.
     pub fn depends_on_lag(&self, structure: &Structure, place: usize) -> bool {
         let pairs = structure.delays.iter().zip(&structure.lags);
         let mut lags =
@@ -149,8 +152,8 @@ impl Fitted {
 }
 
 impl Measured {
-    /// The responses of the outputs of `structure` to its sticks, from the test points or from all flight near a hover,
-    /// without the points `held_back`.
+    /// The responses of the outputs of `structure` to its sticks. The data are the test points or all flight near a
+    /// hover, without the test points `held_back`.
     ///
     /// # Errors
     /// [`FrequencyError`] where no stick moved independently.
@@ -318,8 +321,9 @@ fn with(values: &[f64], free: &[usize], theta: &[f64]) -> Vec<f64> {
     all
 }
 
-/// Parameters of `free` that are not identifiable from the responses: those on a limit of their range, which distort the
-/// others; or else all with too large an insensitivity; or else the one with the widest bound.
+/// Parameters of `free` that are not identifiable from the responses. The first group that is not empty is returned:
+/// parameters on a limit of their range, which distort the others; parameters with too large an insensitivity; the
+/// parameter with the widest bound, if it is too wide.
 fn least_determined(identified: &Identified, free: &[usize], fit: &ResponseFit) -> Vec<usize> {
     let is_on_limit = |(parameter, value): (&usize, &f64)| {
         let own = &identified.structure.parameters[*parameter];

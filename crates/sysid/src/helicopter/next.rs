@@ -1,4 +1,4 @@
-//! Next flight to make: the end of every reason of a verdict.
+//! Advice for the next flight, at the end of the reasons of a verdict.
 
 /// The stick that a parameter's derivative belongs to, by its name.
 pub(super) fn stick_of(name: &str) -> &'static str {
@@ -38,7 +38,7 @@ pub(super) fn repetitions(stick: &str, factor: f64) -> String {
     format!("Next: {times:.0} times as many doublets on {stick}, each side held 1 to 1.5 s")
 }
 
-/// Advice for a sweep over the band of the rigid body.
+/// Advice for a sweep over the frequency band of the rigid-body motion.
 pub(super) fn sweep(stick: &str) -> String {
     format!("Next: two sweeps of {stick} from 0.1 to 4 Hz in 60 s each, 10 % of full travel")
 }

@@ -1,8 +1,9 @@
-//! The better of the estimates in the time and in the frequency domain.
+//! Choice between the estimates of the time domain and of the frequency domain.
 //!
-//! Process noise can replace the response to a stick where a pilot or a controller moves it against gusts: the
-//! likelihood then has a second optimum with wrong derivatives and small bounds. Responses at coherent frequencies do
-//! not have it. Their fit therefore judges the time domain, and joins it as one more measurement.
+//! If a pilot or a controller moves a stick against gusts, process noise can replace the response to the stick. The
+//! likelihood then has a second optimum with wrong derivatives and small bounds. The fit to responses at coherent
+//! frequencies does not have this optimum. It therefore checks the time domain, and enters the search in the time
+//! domain as one more measurement.
 
 use std::fmt;
 
@@ -14,13 +15,14 @@ use super::identify::Search;
 use super::measured::Measured;
 use crate::methods::prediction_error;
 
-/// The time domain is rejected where its cost J of any coherent response exceeds that of the responses' own fit by this
-/// factor and by this difference.
+/// Factor in the rejection of the time domain. It is rejected if its cost J of a coherent response exceeds a limit. The
+/// limit is [`FACTOR`] times the cost of the frequency-domain fit, plus [`MARGIN`].
 const FACTOR: f64 = 2.0;
+/// Difference of the cost J in the rejection of the time domain, see [`FACTOR`].
 const MARGIN: f64 = 10.0;
-/// Largest bound of a parameter in the fit to the responses, as a part of its bound in the time domain, for which a merge
-/// is worth it. Both come from the same gusts: estimates of like bounds err alike, and two of them are no better than
-/// one.
+/// Ratio of a parameter's bound in the frequency domain to that in the time domain below which both are merged. The
+/// same gusts affect both domains: estimates with similar bounds have similar errors, and a merge does not improve
+/// them.
 const MUCH_BETTER: f64 = 0.25;
 
 /// A parameter on which both domains differ by more than chance allows.
@@ -28,8 +30,8 @@ const MUCH_BETTER: f64 = 0.25;
 pub struct Conflict {
     /// The parameter as identified by each domain alone.
     pub parameter: SideBySide,
-    /// The response that the time domain fits worst, if this fit was rejected. The model then has the value of the
-    /// frequency domain.
+    /// The response that the time domain fits worst, if the time domain was rejected. The model then has the value of
+    /// the frequency domain.
     pub denied_by: Option<PairCost>,
 }
 
@@ -48,12 +50,13 @@ impl fmt::Display for Conflict {
 }
 
 impl Search<'_> {
-    /// Replaces each of `parts` by the better estimate. Where the time domain fits a coherent response of `measured`
-    /// worse than the responses' own fit does, that fit enters with all its parameters. Elsewhere it enters with those on
-    /// which both agree and which it knows much better.
+    /// Improves each of `parts` by the fit to the responses of `measured`. If the time domain was rejected, all
+    /// parameters of this fit enter the search in the time domain. Otherwise only those enter on which both domains
+    /// agree and whose bounds are much smaller in the frequency domain.
     ///
     /// # Source
-    /// Tischler and Remple, chapter 14: the frequency domain's result starts the time domain, and fixes its well-known parameters.
+    /// Tischler and Remple, chapter 14: the result of the frequency domain is the start of the time domain, and fixes
+    /// the parameters that it determines well.
     pub(super) fn reconcile(
         &self,
         parts: &mut [Found],

@@ -1,4 +1,4 @@
-//! Frequency responses of an identified model, as a flight shows them.
+//! Frequency responses of an identified model under the conditions of a flight.
 
 use nalgebra::{Complex, DMatrix};
 
@@ -6,13 +6,15 @@ use super::measured::OUTPUTS;
 use crate::methods::frequency::{FrequencyResponse, Responses};
 use crate::methods::prediction_error::Identified;
 
-/// Frequency responses of the equations as a flight shows them: sticks held between samples, with delay and lag.
+/// Frequency responses of the equations under the conditions of a flight: sticks are held between samples, with delay
+/// and lag.
 pub(super) struct Responder<'a> {
     identified: &'a Identified,
     kept: Vec<usize>,
-    /// Index of the state; for an acceleration also the index of its tilt, and gravity. Indices count the kept states.
+    /// For each output the index of its state; for an acceleration also the index of its tilt, and gravity, m/s².
+    /// Indices refer to the kept states.
     outputs: Vec<(usize, Option<(usize, f64)>)>,
-    /// Indices among all sticks.
+    /// Index of each modelled stick among all sticks.
     sticks: Vec<usize>,
     /// Indices of the delay and lag parameters of each stick.
     late: Vec<[Option<usize>; 2]>,

@@ -19,9 +19,9 @@ pub struct StickResponse {
     pub frequencies_hz: Vec<f64>,
     /// Response from the flight, conditioned on the other sticks: magnitude, dB, and phase, °, continuous.
     pub flight: Vec<(f64, f64)>,
-    /// Partial coherence, 0 to 1: part of the output that the stick alone explains linearly.
+    /// Partial coherence, 0 to 1: fraction of the output that the stick alone explains linearly.
     pub coherence: Vec<f64>,
-    /// Random error of the flight's response, one sigma, as a part of its magnitude.
+    /// Random error of the flight's response, one sigma, as a fraction of its magnitude.
     pub random_error: Vec<f64>,
     /// Response of the model identified in the time domain, with sticks held between samples and the identified delays:
     /// magnitude, dB, and phase, °.

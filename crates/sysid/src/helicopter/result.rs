@@ -16,7 +16,7 @@ pub struct BoundSummary<'a> {
 }
 
 impl Identification {
-    /// Origin of the model's numbers, for `model.toml`: a flight of the vehicle `name`.
+    /// Text of the key `source` in `model.toml`: identification from a flight of the vehicle `name`.
     #[must_use]
     pub fn source(&self, name: &str) -> String {
         let inputs = self.identified.structure.inputs.iter();

@@ -7,10 +7,11 @@ use super::flight::FlightRecord;
 use crate::record::{Experiment, TestPoint};
 use hovernav::frames::wrap_angle;
 
-/// Shortest part that justifies its own initial state and offsets, s.
+/// Shortest part of a flight that is used, s. A shorter part does not justify its own initial state and offsets.
 pub(super) const LEAST_S: f64 = 6.0;
-/// Largest horizontal and vertical speed at which hover derivatives are valid, m/s.
+/// Largest horizontal speed at which hover derivatives are valid, m/s.
 const FASTEST_MPS: f64 = 2.5;
+/// Largest vertical speed at which hover derivatives are valid, m/s.
 const FASTEST_DOWN_MPS: f64 = 2.0;
 /// Largest bank and pitch, rad.
 const STEEPEST_RAD: f64 = 0.44;
@@ -19,7 +20,7 @@ const TURNED_RAD: f64 = 0.5;
 /// Length of a piece of a flight without test points, s.
 const PIECE_S: f64 = 10.0;
 
-/// All parts of the flight near a hover, without the points `held_back`.
+/// All parts of the flight near a hover, without the test points `held_back`.
 pub(super) fn stretches(
     record: &FlightRecord,
     held_back: &[&TestPoint],
@@ -61,7 +62,7 @@ pub(super) fn pieces(record: &FlightRecord) -> Vec<TestPoint> {
         .collect()
 }
 
-/// Ranges of samples near a hover that are recorded and not `omitted`.
+/// Ranges of samples near a hover with recorded data, without the samples for which `omitted` returns true.
 fn steady(record: &FlightRecord, omitted: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let experiment = &record.experiment;
     let least = (LEAST_S / experiment.period_s) as usize;

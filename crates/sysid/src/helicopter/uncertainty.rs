@@ -12,9 +12,11 @@ use crate::record::STICKS;
 /// Each stick and its main output.
 const ON_AXIS: [(&str, &str); 4] =
     [("lateral", "p"), ("longitudinal", "q"), ("collective", "w"), ("pedal", "r")];
-/// First and last frequency, rad/s, at which responses are compared: the range in which a hover is flown.
+/// First frequency, rad/s, at which responses are compared: the lowest at which a hover is flown.
 const FIRST_RADPS: f64 = 0.5;
+/// Last frequency, rad/s, at which responses are compared: the highest at which a hover is flown.
 const LAST_RADPS: f64 = 12.0;
+/// Number of frequencies at which responses are compared.
 const POINTS: usize = 30;
 /// Smallest number of frequencies in a band.
 const LEAST_POINTS: usize = 8;
@@ -22,7 +24,7 @@ const LEAST_POINTS: usize = 8;
 pub(super) const COST: f64 = 100.0;
 /// Number of sigma that a normal error exceeds on one side with 10 % probability.
 const ONE_IN_TEN: f64 = 1.2816;
-/// Step of the central differences, as a part of a parameter's bound.
+/// Step of the central differences, as a fraction of a parameter's bound.
 const STEP: f64 = 0.02;
 
 /// Uncertainty of an on-axis response as a cost J; the true cost is larger with 10 % probability.
@@ -30,14 +32,14 @@ const STEP: f64 = 0.02;
 pub struct ResponseUncertainty {
     /// The stick.
     pub stick: &'static str,
-    /// Its output.
+    /// Main output of the stick.
     pub output: &'static str,
     /// Cost J due to the bounds of the parameters.
     pub within_bounds: f64,
     /// Lowest frequency, rad/s, from which on the cost exceeds 100 with at most 10 % probability, if there is one.
     pub known_from_radps: Option<f64>,
-    /// Cost J between the models with and without a stabiliser bar, where both were searched and the flight does not
-    /// clearly favour one.
+    /// Cost J between the models with and without a stabiliser bar; `None` unless both were searched and the flight
+    /// does not clearly favour one.
     pub between_structures: Option<f64>,
 }
 
@@ -87,14 +89,14 @@ impl Identification {
 struct Axis<'a> {
     found: &'a Identified,
     kept: Vec<usize>,
-    /// Indices among the kept states and among the pilot's sticks.
+    /// Index of the output among the kept states, and of the stick among the pilot's sticks.
     place: (usize, usize),
     /// Indices of the delay and lag parameters.
     late: [Option<usize>; 2],
 }
 
 impl<'a> Axis<'a> {
-    /// `None` where the model has no such stick or output.
+    /// The response of `output` to `stick`; `None` where the model lacks one of them.
     fn of(found: &'a Identified, stick: &str, output: &str) -> Option<Self> {
         let structure = &found.structure;
         let kept = found.vehicle_states();
@@ -106,7 +108,7 @@ impl<'a> Axis<'a> {
         Some(Self { found, kept, place: (row, column), late })
     }
 
-    /// Response from 0.5 to 12 rad/s; `None` where it does not exist or is zero.
+    /// Response from 0.5 to 12 rad/s; `None` where it cannot be computed or is zero.
     fn response(&self, values: &[f64]) -> Option<Vec<Complex<f64>>> {
         let model = self.found.vehicle_at(values, &self.kept);
         let [delay_s, lag_s] = self.late.map(|of| of.map_or(0.0, |own| values[own]));
@@ -155,7 +157,7 @@ impl<'a> Axis<'a> {
 
 /// Sensitivity of a response to the parameters, and their covariance.
 struct Spread {
-    /// Changes in dB and weighted degrees at each frequency in turn, per parameter.
+    /// Change of the response with each parameter. The rows contain dB and weighted degrees for each frequency in turn.
     slopes: DMatrix<f64>,
     covariance: DMatrix<f64>,
 }

@@ -25,8 +25,9 @@ impl Pole {
     /// points for a complex pole, and both ends of an interval for a real one.
     #[must_use]
     pub fn region_95(&self, points: usize) -> Vec<Complex<f64>> {
-        // Squares of the 95 % points of χ² with two degrees of freedom and with one.
+        // 95 % quantile of χ² with two degrees of freedom.
         const TWO: f64 = 5.991;
+        // 95 % quantile of χ² with one degree of freedom.
         const ONE: f64 = 3.841;
         let spread = self.covariance.symmetric_eigen();
         let sigmas = spread.eigenvalues.map(|variance| variance.max(0.0).sqrt());
@@ -48,8 +49,8 @@ impl Pole {
 impl Identified {
     /// The vehicle alone, continuous in time, without the models of gusts and measurements. Outputs are the states;
     /// sticks are in units of −1…1 about trim. The result includes the parameters, their covariance, and the slopes of
-    /// the matrices by the estimated parameters. Fixed and dropped parameters have no covariance. Transport delays are
-    /// parameters, not part of the matrices.
+    /// the matrices with respect to the estimated parameters. Fixed and dropped parameters have no covariance.
+    /// Transport delays are parameters, not part of the matrices.
     ///
     /// # Errors
     /// [`ModelError::NotFinite`] where a parameter is not finite.
@@ -76,7 +77,7 @@ impl Identified {
             .with_slopes(self.slopes(&kept))
     }
 
-    /// Slopes of the vehicle's matrices, of the states `kept`, by each estimated parameter.
+    /// Derivatives of the vehicle's matrices for the states `kept` with respect to each estimated parameter.
     fn slopes(&self, kept: &[usize]) -> Vec<Slope> {
         let (structure, values) = (&self.structure, self.values());
         let n = structure.states.len();
@@ -118,8 +119,8 @@ impl Identified {
         LinearModel::of_states(time, a, b)
     }
 
-    /// The vehicle's poles by rising real part, the positive imaginary part of a pair first. Their covariance follows
-    /// from that of the parameters through central differences.
+    /// The vehicle's poles in order of rising real part. In a pair the pole with positive imaginary part comes first.
+    /// Their covariance follows from that of the parameters through central differences.
     ///
     /// # Errors
     /// [`ModelError::Eigenvalues`] where the computation does not converge.
@@ -169,7 +170,7 @@ impl Identified {
         Ok(poles.map(|(value, slopes)| Pole { value, covariance: spread(slopes) }).collect())
     }
 
-    /// Transport delay of `input`, s; `None` where the structure has none for it.
+    /// Transport delay of `input`, s; `None` where the structure contains no delay of this input.
     #[must_use]
     pub fn delay(&self, input: &str) -> Option<&Estimate> {
         let place = self.structure.inputs.iter().position(|name| name == input)?;
@@ -177,7 +178,7 @@ impl Identified {
         self.estimates.list.get(parameter)
     }
 
-    /// Time constant of the first-order lag of `input`, s; `None` where the structure has none for it.
+    /// Time constant of the first-order lag of `input`, s; `None` where the structure contains no lag of this input.
     #[must_use]
     pub fn lag(&self, input: &str) -> Option<&Estimate> {
         let place = self.structure.inputs.iter().position(|name| name == input)?;
@@ -211,8 +212,8 @@ impl Identified {
         entries
     }
 
-    /// States that affect outputs or other states, and that other states or inputs drive: all except gusts and
-    /// measurement errors.
+    /// Indices of the vehicle's states: all except gusts and measurement errors. They affect outputs or other states,
+    /// and other states or inputs drive them.
     pub(super) fn vehicle_states(&self) -> Vec<usize> {
         let structure = &self.structure;
         let (n, m) = (structure.states.len(), structure.inputs.len());
@@ -229,7 +230,8 @@ impl Identified {
     }
 }
 
-/// Step of the central differences, as a part of a parameter's bound: small against it, large against rounding.
+/// Step of the central differences, as a fraction of a parameter's bound. It is small compared with the bound and large
+/// compared with rounding.
 const STEP: f64 = 0.02;
 
 fn nearest(poles: &[Complex<f64>], to: Complex<f64>) -> Complex<f64> {

@@ -79,7 +79,7 @@ impl VelocityError {
         }
     }
 
-    /// Error of a typical receiver, assumed without velocity fixes.
+    /// Error of a typical receiver, assumed for flights without velocity fixes.
     const UNKNOWN: Self = Self {
         horizontal: SlowError { sigma: 0.05, time_s: 5.0 },
         vertical: SlowError { sigma: 0.08, time_s: 8.0 },
@@ -88,7 +88,9 @@ impl VelocityError {
 
 /// Longest time from a fix to the solution that it is compared with, s.
 const FAR_S: f64 = 0.2;
+/// Smallest correlation time, s.
 const SHORTEST_S: f64 = 0.5;
+/// Largest correlation time, s.
 const LONGEST_S: f64 = 60.0;
 
 #[cfg(test)]

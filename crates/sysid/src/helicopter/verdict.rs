@@ -15,28 +15,30 @@ const CONTROL: [&str; 8] = ["Zcol", "Nped", "Blat", "Alon", "Llat", "Mlon", "Lb"
 const CONTROL_PERCENT: [f64; 2] = [15.0, 50.0];
 /// Largest bound of a known damping derivative, percent of its value.
 const DAMPING_PERCENT: f64 = 100.0;
-/// Speed derivatives, which act over seconds. They are unknown where one sigma exceeds this percentage of the value.
+/// Speed derivatives, which act over seconds.
 const SLOW: [&str; 7] = ["Zw", "Xu", "Yv", "Lu", "Lv", "Mu", "Mv"];
+/// One sigma, percent of the value, above which a speed derivative is unknown.
 const SLOW_PERCENT: f64 = 35.0;
 /// Correlation above which two parameters cannot be separated.
 const SAME: f64 = 0.98;
-/// Plausible stick delays, s.
+/// Range of plausible stick delays, s.
 const DELAY_S: [f64; 2] = [-0.02, 0.15];
 /// Largest correlation of innovations that count as white.
 const WHITE: f64 = 0.3;
-/// A parameter is not identified where its bound exceeds this part of its prior sigma.
+/// Bound of a parameter, as a fraction of its prior sigma, above which the parameter is not identified.
 const UNIDENTIFIED: f64 = 0.95;
-/// Outputs that respond to a stick without an integration, and that stick.
+/// Outputs that respond to a stick without an integration, each with its stick.
 const DIRECT: [(&str, &str); 4] =
     [("p", "lateral"), ("q", "longitudinal"), ("w", "collective"), ("r", "pedal")];
-/// Distance of a fit below that of a perfect model, percent, from which on the model is incomplete, and worthless.
+/// Difference between the fit of a perfect model and the fit found, percent, above which the model is incomplete.
 const SHORT_PERCENT: f64 = 20.0;
+/// Difference between the fit of a perfect model and the fit found, percent, above which the model is worthless.
 const WORTHLESS_PERCENT: f64 = 50.0;
-/// Speed derivatives that damp: of a known sign and size.
+/// Speed derivatives that are dampings, with known sign and size.
 const DAMPED: [&str; 3] = ["Zw", "Xu", "Yv"];
 /// Frequency, rad/s, below which the gain of an attitude loop makes the response of roll and pitch irrelevant.
 const ATTITUDE_RADPS: f64 = 2.0;
-/// Fastest growth of a mode that a hovering helicopter can have, 1/s.
+/// Fastest possible growth of a mode of a hovering helicopter, 1/s.
 const GROWTH_PER_S: f64 = 3.0;
 
 impl Identification {
@@ -57,7 +59,7 @@ impl Identification {
             judge.parameter(estimate);
         }
         for (one, other, value) in self.inseparable() {
-            // Of two parameters that act together on a known response, neither matters on its own.
+            // If two parameters act together on a known response, neither of them matters on its own.
             let is_known = [one, other].iter().all(|own| judge.knows_response_of(own));
             judge.say(
                 if is_known { Grade::Good } else { Grade::Care },
@@ -86,7 +88,7 @@ impl Identification {
             judge.axis(axis);
         }
         let vertical = self.identified.estimates.get("σ n_ew");
-        // The responses do not depend on the model of this error.
+        // The frequency responses do not depend on the model of the velocity error.
         let confirmed = frequency.is_some_and(|frequency| {
             let mut pairs = frequency.costs.iter().filter(|pair| pair.stick == "collective");
             pairs.any(|pair| pair.output == "az" && pair.time <= COST)
@@ -99,7 +101,7 @@ impl Identification {
         }
         let outputs = self.identified.structure.outputs.iter();
         for (output, correlation) in outputs.zip(&self.identified.innovations_correlation) {
-            // Where the noise of an output is fixed, it does not measure the residual.
+            // A fixed output noise does not measure the residual.
             let noise = self.identified.estimates.get(&format!("σ {output}"));
             if *correlation > WHITE && noise.is_some_and(Estimate::is_estimated) {
                 judge.say(Grade::Care, format!(
@@ -130,9 +132,9 @@ impl Identification {
         Verdict { grade: judge.grade, reasons }
     }
 
-    /// Reliability of one of the [`parameters`](Self::parameters) alone. The grade is at best care where the bound exceeds
-    /// the value, or 35 % of the value of a speed derivative. The [`verdict`](Self::verdict) accepts a parameter of grade
-    /// care where the response that it acts on is known.
+    /// Reliability of one of the [`parameters`](Self::parameters) alone. The grade is care or worse where the bound
+    /// exceeds the value (for a speed derivative, 35 % of the value). The [`verdict`](Self::verdict) accepts a
+    /// parameter of grade care where the response that it acts on is known.
     #[must_use]
     pub fn grade_of(&self, estimate: &Estimate) -> Grade {
         let mut judge = Judge::with(&[]);
@@ -154,8 +156,8 @@ impl Identification {
         judge.grade
     }
 
-    /// Pairs of parameters that cannot be separated although one of them matters on its own: neither both are known
-    /// well, nor are they the delay and the lag of one stick, of which the sum matters.
+    /// Pairs of parameters that cannot be separated, of which at least one matters on its own. Pairs of two well-known
+    /// parameters are omitted, and the delay and lag of one stick, of which only the sum matters.
     fn inseparable(&self) -> Vec<(&str, &str, f64)> {
         let is_known = |name: &str| {
             let own = self.identified.estimates.get(name);
@@ -211,7 +213,7 @@ impl Judge {
         }
     }
 
-    /// Judges the `fit` on flight that the parameters do not come from.
+    /// Judges the `fit` to the validation data by the model that was identified without them.
     fn held_back(&mut self, fit: &Fit) {
         let is_direct = |channel: &&ChannelFit| DIRECT.iter().any(|(own, _)| *own == channel.name);
         for channel in fit.channels().0.iter().filter(is_direct) {
@@ -263,7 +265,8 @@ impl Judge {
         );
     }
 
-    /// Compares a damping derivative with its `expected` value and one sigma: did the flight add information?
+    /// Reports a damping derivative about which the flight adds no information: its bound is hardly below the one sigma
+    /// of its prior. `expected` is the value of the prior, `sigma` its one sigma.
     fn against_expected(&mut self, found: &Estimate, (expected, sigma): (f64, f64)) {
         let Estimate { name, value, bound, unit, .. } = found;
         if is_damping(name) && found.is_estimated() && *bound > UNIDENTIFIED * sigma {
@@ -274,7 +277,7 @@ impl Judge {
         }
     }
 
-    /// Names the speed derivatives among `parameters` that are not identified or dropped, unless a reason names them
+    /// Reports the speed derivatives among `parameters` that are unknown or were dropped, unless a reason names them
     /// already.
     fn slow(&mut self, parameters: &[Estimate]) {
         let is_named = |name: &str| {
@@ -294,7 +297,8 @@ impl Judge {
             })
             .collect();
         if !unknown.is_empty() {
-            // The moments are small, of either sign; where they matter, the responses above are uncertain.
+            // The speed moments are small, of either sign. Where they matter, an earlier reason reports an uncertain
+            // response.
             let matters = unknown.iter().any(|own| DAMPED.iter().any(|name| own.starts_with(name)));
             let grade = if matters { Grade::Care } else { Grade::Good };
             self.say(grade, format!(
@@ -304,7 +308,7 @@ impl Judge {
         }
     }
 
-    /// Checks the sign of a control derivative.
+    /// Reports a control derivative of the wrong sign.
     fn way(&mut self, Estimate { name, unit, value, bound, .. }: &Estimate) {
         let Some(known) = KnownSign::of(name) else { return };
         let stick = known.column;
@@ -325,7 +329,7 @@ impl Judge {
         self.way(estimate);
         let is_free = estimate.is_estimated();
         let percent = estimate.bound_percent();
-        // The lag of a fast servo ends at zero.
+        // The estimated lag of a fast servo may end on its lower limit, zero.
         let is_lag = name.starts_with("lag_");
         if estimate.status == Status::OnBound && !is_lag {
             let grade =
@@ -352,7 +356,8 @@ impl Judge {
             if percent.is_nan() || percent > CONTROL_PERCENT[1] {
                 self.say(Grade::DoNotFly, known);
             } else if percent > CONTROL_PERCENT[0] {
-                // A design depends on the response. A damping derivative that errs with its stick's leaves it as it is.
+                // A design depends on the response. It is unchanged where errors of the control and damping derivatives
+                // compensate.
                 let is_enough = self.knows_response_of(name);
                 self.say(if is_enough { Grade::Good } else { Grade::Care }, known);
             }
@@ -381,7 +386,8 @@ impl Judge {
     }
 }
 
-/// Lowest frequency, rad/s, of the known response of roll or pitch, if an attitude loop suppresses lower frequencies.
+/// Lowest frequency of the known response of roll or pitch, rad/s. `None` unless an attitude loop suppresses all lower
+/// frequencies.
 fn known_from(axis: &ResponseUncertainty) -> Option<f64> {
     let is_rotation = matches!(axis.output, "p" | "q");
     let is_one_structure = axis.between_structures.is_none_or(|cost| cost <= COST);

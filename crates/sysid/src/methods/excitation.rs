@@ -24,21 +24,21 @@ pub enum InputFault {
         input: String,
         /// Rows of its longest rest.
         rows: Range<usize>,
-        /// The same in seconds from the first sample.
+        /// Start and end of the longest rest, s from the first sample.
         span_s: [f64; 2],
     },
     /// The input is nearly a combination of the others: their effects cannot be separated.
     Collinear {
         /// The input.
         input: String,
-        /// Part of its variance that the others explain, 0 to 1.
+        /// Fraction of the input's variance that the other inputs explain, 0 to 1.
         explained: f64,
     },
     /// Two inputs move together over the frequencies at which the first moves.
     Coherent {
         /// The inputs.
         inputs: [String; 2],
-        /// Their coherence, averaged by the first one's power, 0 to 1.
+        /// Coherence of both inputs, averaged over frequency with the power of the first input as weight, 0 to 1.
         coherence: f64,
     },
 }
@@ -69,7 +69,7 @@ impl fmt::Display for InputFault {
 /// Properties of the inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InputReport {
-    /// Correlation of the inputs, inputs × inputs; zero in the rows of constant ones.
+    /// Correlation of the inputs, inputs × inputs; zero in the rows of constant inputs.
     pub correlation: DMatrix<f64>,
     /// Power-averaged coherence of each pair, inputs × inputs, 1 on the diagonal. Empty where the
     /// record is too short for spectra.
@@ -80,11 +80,11 @@ pub struct InputReport {
     pub faults: Vec<InputFault>,
 }
 
-/// Part of the record for which an input may rest without a fault.
+/// Fraction of the record for which an input may rest without a fault.
 const STILL_PART: f64 = 0.4;
-/// Largest part of an input's variance that the others may explain.
+/// Largest fraction of an input's variance that the other inputs may explain.
 const COLLINEAR: f64 = 0.9;
-/// Tischler & Remple's limit for the average coherence of two controls (section 5.7).
+/// Largest average coherence of two inputs: the limit of Tischler & Remple, section 5.7.
 const COHERENT: f64 = 0.5;
 
 /// Checks each input, each pair, and all inputs together.
@@ -156,7 +156,7 @@ pub fn check_inputs(experiment: &Experiment) -> InputReport {
     InputReport { correlation, coherence, condition, faults }
 }
 
-/// The longest run of a single value.
+/// Rows of the longest run of a single value.
 fn longest_rest(values: &[f64]) -> Range<usize> {
     let (mut longest, mut start) = (0..0, 0);
     for sample in 0..values.len() {

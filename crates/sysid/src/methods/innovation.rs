@@ -64,7 +64,7 @@ impl InnovationModel {
         let direct = d * inputs.transpose();
         let mut predicted = DMatrix::zeros(c.nrows(), samples);
         let mut state = start.clone();
-        // Without measurements yet the first rows are simulated.
+        // The first rows are simulated, because they have no earlier measurements.
         let mut free = start.clone();
         for sample in 0..steps.min(samples) {
             predicted.set_column(sample, &(c * &free + direct.column(sample)));

@@ -48,15 +48,15 @@ pub struct Minimum {
     pub iterations: usize,
     /// Whether the search converged: no further decrease was predicted.
     pub converged: bool,
-    /// Parameters that ended on a bound with the gradient pointing outwards.
+    /// For each parameter whether it ended on a bound with the gradient pointing outwards.
     pub on_bound: Vec<bool>,
 }
 
 /// Minimises `problem` from `start` between `lower` and `upper`.
 ///
-/// A parameter on a bound takes no part in the step if its gradient points outwards; a step past a bound ends on it.
-/// Damping multiplies the information's diagonal, so the scale of a parameter does not matter. `None` where the cost
-/// does not exist at the start.
+/// A parameter on a bound is left unchanged if its gradient points outwards; a step past a bound ends on it. Damping
+/// multiplies the information's diagonal, so the scale of a parameter does not matter. `None` where the cost does not
+/// exist at the start.
 ///
 /// # Source
 /// Marquardt (1963), *J. SIAM* 11(2); the damping schedule is Nielsen's, IMM-REP-1999-05. Equation (I14) of

@@ -1,4 +1,4 @@
-//! The methods: from records to models and to their validation, independent of any vehicle.
+//! Methods of identification and validation, independent of any vehicle.
 
 pub mod excitation;
 pub mod frequency;

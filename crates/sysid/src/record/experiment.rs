@@ -43,7 +43,7 @@ pub enum ExperimentError {
         /// Outputs (columns).
         outputs: usize,
     },
-    /// The numbers of names and columns differ.
+    /// The number of names differs from the number of columns.
     #[error("experiment `{experiment}`: found {names} names for {columns} {kind} columns")]
     Names {
         /// The experiment's name.
@@ -132,7 +132,7 @@ pub struct Offsets {
 }
 
 impl Experiment {
-    /// A checked experiment. Inputs may have no columns (a time series); outputs may not.
+    /// A checked experiment. Inputs may have no columns (a time series). Outputs must have at least one column.
     ///
     /// # Errors
     /// [`ExperimentError`] for the first fault: the period, the lengths, the names, or the signal and sample of a value
@@ -292,7 +292,7 @@ impl Experiment {
         Ok(Self { is_smooth: self.is_smooth, ..chosen })
     }
 
-    /// The samples of a range of rows, under the same name.
+    /// The samples of a range of rows, as an experiment of the same name.
     ///
     /// # Errors
     /// [`ExperimentError::Range`] where the range is empty or reaches past the end.

@@ -6,7 +6,7 @@ use hovernav::time::Time;
 /// The four sticks, in the order of [`hovernav_log::Dataset::controls`].
 pub const STICKS: [&str; 4] = Sticks::NAMES;
 
-/// A part of a flight with deliberate steps of the sticks.
+/// Section of a flight with deliberate steps of the sticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TestPoint {
     /// The stepped stick, an index into [`STICKS`]; `None` where several moved together.
@@ -15,31 +15,31 @@ pub struct TestPoint {
     pub first_step: Time,
     /// Time of the last step.
     pub last_step: Time,
-    /// Start of the part, with a little steady flight before the first step.
+    /// Start of the section, with a little steady flight before the first step.
     pub start: Time,
-    /// End of the part: the response to the last step has decayed, or the next test point starts.
+    /// End of the section: the response to the last step has decayed, or the next test point starts.
     pub end: Time,
     /// Number of steps.
     pub steps: usize,
 }
 
-/// Steady flight before a test point, s.
+/// Time of flight before the first step that belongs to a test point, s.
 const LEAD_S: f64 = 2.0;
-/// Flight after its last step, s.
+/// Time of flight after the last step that belongs to a test point, s.
 const TAIL_S: f64 = 5.0;
-/// Longest time between steps of one test point, s: a step held 1.5 s, and a margin.
+/// Longest time between steps of one test point, s: a step held for 1.5 s, plus a margin.
 const TOGETHER_S: f64 = 2.5;
-/// Smallest step of a test from one sample to the next, as a part of the stick's travel in the flight.
+/// Smallest change between adjacent samples that counts as a step, as a fraction of the stick's travel in the flight.
 const LEAST_STEP: f64 = 0.1;
-/// Part of the largest travel below which a stick only carries noise.
+/// Fraction of the largest travel of all sticks below which a stick contains only noise.
 const LEAST_TRAVEL: f64 = 0.1;
-/// Part of the rows at either end of a stick's range that does not count: outliers.
+/// Fraction of the rows at either end of a stick's range that count as outliers.
 const OUTLYING: f64 = 1e-3;
-/// A stick takes part where its largest step is at least this part of the largest of all.
+/// Ratio of a stick's largest step to the largest step of all sticks above which the stick belongs to the test.
 const JOINS_IN: f64 = 0.4;
 
 /// Travel of each stick in the flight, in the unit of its record: its range without outliers. Every threshold on sticks
-/// is a part of it, so that no result depends on the unit.
+/// is a fraction of the travel, so that no result depends on the unit.
 #[must_use]
 pub fn travels(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
     std::array::from_fn(|stick| {
@@ -67,8 +67,8 @@ fn least_steps(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
 }
 
 /// Steps of each stick during test points of that stick alone, one row for each of `controls`. A row contains the sum
-/// of the steps since the test point began, and 0 elsewhere. Other stick movements may respond to gusts; these steps do
-/// not.
+/// of the steps since the test point began, and 0 outside test points. Other stick movements may respond to gusts;
+/// these steps do not.
 #[must_use]
 pub fn stepped(controls: &[(Time, [f64; 4])]) -> Vec<[f64; 4]> {
     let least = least_steps(controls);
@@ -89,10 +89,9 @@ pub fn stepped(controls: &[(Time, [f64; 4])]) -> Vec<[f64; 4]> {
 
 /// Finds the test points of a flight from its sticks, in any unit, in time order.
 ///
-/// A step is a change from one sample to the next of at least a tenth of the stick's [`travels`] and eight times the usual
-/// change.
-/// Steps within 2.5 s belong to one test point. At least two steps of a single stick are a test of that stick; anything
-/// else is a manoeuvre, with [`TestPoint::stick`] `None`.
+/// A step is a change from one sample to the next. It is at least a tenth of the stick's [`travels`] and at least eight
+/// times the usual change. Steps within 2.5 s belong to one test point. At least two steps of a single stick are a test
+/// of that stick; anything else is a manoeuvre, with [`TestPoint::stick`] `None`.
 #[must_use]
 pub fn find_test_points(controls: &[(Time, [f64; 4])]) -> Vec<TestPoint> {
     let least = least_steps(controls);

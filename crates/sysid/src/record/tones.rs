@@ -1,8 +1,8 @@
 //! Aliased vibration: narrow tones, detected and notched out.
 //!
-//! A rotor's harmonics alias to lines within the band of the dynamics. A predictor would count them as process noise
-//! and weight all other motion at that frequency down. Every signal of a record, including inputs, passes through the
-//! same notches, so that a linear model between them stays valid.
+//! A rotor's harmonics alias to spectral lines within the band of the dynamics. A predictor would count these lines as
+//! process noise and give all other motion at their frequencies a low weight. Every signal of a record, including
+//! inputs, passes through the same notches, so that a linear model between them stays valid.
 //!
 //! A pilot or an autopilot responds to noise, so the notches are causal. A zero-phase notch would make the stick depend
 //! on later noise and bias the identification. A notch also removes the noise in its band. That matters for a signal
@@ -39,9 +39,9 @@ const PROMINENCE: f64 = 10.0;
 const NEIGHBOURHOOD_HZ: f64 = 4.0;
 /// Largest width of a tone, Hz.
 const WIDEST_HZ: f64 = 3.0;
-/// Width above which a line moves, Hz. It is then covered by several adjacent notches, each at most as wide as the
-/// second constant.
+/// Width of a line, Hz, above which its frequency counts as moving. Several adjacent notches then cover the line.
 const MOVES_HZ: f64 = 1.0;
+/// Largest width of the notches that cover a moving line, Hz, before they overlap.
 const NOTCH_HZ: f64 = 0.5;
 
 /// Finds the tones above `least_hz` in the outputs of `record`. A tone is a line ten times above the median of its
@@ -76,7 +76,7 @@ pub fn find_tones(record: &Experiment, least_hz: f64) -> Vec<Tone> {
                 let count = if width_hz > MOVES_HZ { (width_hz / NOTCH_HZ).ceil() } else { 1.0 };
                 let apart_hz = width_hz / count;
                 let lowest_hz = middle_hz - 0.5 * (count - 1.0) * apart_hz;
-                // Slightly wider than their spacing, so that nothing passes between two notches.
+                // The notches are slightly wider than their spacing, so that nothing passes between two of them.
                 let width_hz = if count > 1.0 { 1.25 * apart_hz } else { width_hz };
                 tones.extend((0..count as usize).map(|notch| {
                     let frequency_hz = lowest_hz + notch as f64 * apart_hz;
@@ -90,7 +90,7 @@ pub fn find_tones(record: &Experiment, least_hz: f64) -> Vec<Tone> {
 }
 
 /// The record with every signal passed twice through a notch at each tone. In the outputs named `filled`, noise with a
-/// fixed seed replaces the removed band, as large as in the neighbouring bands.
+/// fixed seed replaces the removed band. It is as large as in the neighbouring bands.
 ///
 /// Slow motion is delayed by [`notch_delay_s`], equally in every signal.
 #[must_use]
@@ -145,17 +145,18 @@ pub fn notch_delay_s(tones: &[Tone], period_s: f64) -> f64 {
 }
 
 impl Tone {
-    /// Radius of its notch's poles, and cosine of their angle.
+    /// Radius of the poles of the tone's notch, and cosine of their angle.
     fn poles(self, period_s: f64) -> (f64, f64) {
         let radius = (1.0 - PI * self.width_hz * period_s).max(0.0);
         (radius, (TAU * self.frequency_hz * period_s).cos())
     }
 }
 
-/// Decay factor per sample of the filling noise, which is slow compared with any tone.
+/// Decay factor per sample of the filling noise. The decay is slow compared with any tone.
 const FADING: f64 = 0.999;
 
-/// σ of white changes with the power density that the changes, of spectrum `power`, have next to `tone`.
+/// σ of a white sequence with the power density that the differences of a signal have next to `tone`. `power` is the
+/// spectrum of these differences.
 fn change_sigma(power: &[f64], tone: Tone, period_s: f64) -> f64 {
     let bin_hz = 1.0 / (SEGMENT as f64 * period_s);
     median_around(power, (tone.frequency_hz / bin_hz) as usize, bin_hz).sqrt()
@@ -186,7 +187,7 @@ fn notch(signal: &mut [f64], tone: Tone, period_s: f64) {
     let (radius, cosine) = tone.poles(period_s);
     let (late, later) = (-2.0 * radius * cosine, radius * radius);
     let gain = (1.0 + late + later) / (2.0 - 2.0 * cosine);
-    // Starts in the steady state of the first value, without a transient.
+    // The filter starts in the steady state of the first value, without a transient.
     let first = signal.first().copied().unwrap_or(0.0);
     let (mut in_1, mut in_2, mut out_1, mut out_2) = (first, first, first, first);
     for value in signal.iter_mut() {
@@ -198,11 +199,11 @@ fn notch(signal: &mut [f64], tone: Tone, period_s: f64) {
     still(signal, radius, TAU * tone.frequency_hz * period_s);
 }
 
-/// Relative size of a transient below which it is no longer followed.
+/// Relative size of a transient below which it is neglected.
 const INAUDIBLE: f64 = 1e-12;
 
-/// Removes the notch's initial transient, with poles of `radius` at `angle`: the record begins within the tone, and the
-/// filter starts at rest. It is fitted to differences, in which slow motion is small.
+/// Removes the initial transient of a notch with poles of `radius` at `angle`. The transient exists because the record
+/// begins within the tone and the filter starts at rest. It is fitted to differences, in which slow motion is small.
 fn still(signal: &mut [f64], radius: f64, angle: f64) {
     let turn = Complex::from_polar(radius, angle);
     let ringing = || {

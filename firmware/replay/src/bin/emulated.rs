@@ -51,6 +51,7 @@ mod emulated {
 
     /// Number of bytes of stack below the current frame that are painted.
     const PAINTED: usize = 64 * 1024;
+    /// Pattern of painted stack words.
     const PAINT: u32 = 0xa5a5_5a5a;
     /// Number of free bytes below the painter's own frame.
     const MARGIN: usize = 256;
@@ -94,7 +95,7 @@ mod emulated {
                 let mut made = None;
                 let mut make =
                     || made = singleton!(: Estimator<$L, $N, $T, $H> = Estimator::with_layout($config()));
-                // Not in the painter's own frame, which is above the painted stack.
+                // The call must not be in the painter's own frame, which is above the painted stack.
                 let make: &mut dyn FnMut() = black_box(&mut make);
                 let making = stack_of(make);
                 let (Some(estimator), Some(mut controller)) = (made, $made::<$T>()) else { loop {} };

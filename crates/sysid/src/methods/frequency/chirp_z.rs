@@ -9,15 +9,15 @@ use rustfft::{Fft, FftDirection};
 
 /// X(k) = Σₙ x(n) exp(−j 2π (first + k·step) n), frequencies in cycles per sample.
 ///
-/// Any number of frequencies, arbitrarily close, from any number of samples, at the cost of three fast Fourier
-/// transforms.
+/// The transform gives any number of arbitrarily close frequencies from any number of samples, at the cost of three
+/// fast Fourier transforms.
 ///
 /// Source: L. Rabiner, R. Schafer & C. Rader (1969), "The chirp z-transform algorithm", *IEEE Trans.
 /// Audio and Electroacoustics* 17(2); the convolution is Bluestein's.
 pub struct ChirpZ {
-    /// First · n plus half step · n², as a phasor per sample.
+    /// Phasor of first·n + ½·step·n² turns for each sample n.
     before: Vec<Complex<f64>>,
-    /// Half step · k², as a phasor per frequency, with the transforms' scale.
+    /// Phasor of ½·step·k² turns for each frequency k, multiplied by the scale of the transforms.
     after: Vec<Complex<f64>>,
     kernel: Vec<Complex<f64>>,
     forward: Radix4<f64>,

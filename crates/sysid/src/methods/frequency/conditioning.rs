@@ -1,4 +1,4 @@
-//! From a spectral matrix at one frequency to responses, each conditioned on the other inputs.
+//! Responses at one frequency from a spectral matrix, each conditioned on the other inputs.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -12,23 +12,23 @@ pub(super) struct Counts {
 
 /// Responses and coherences at one frequency.
 pub(super) struct Conditioned {
-    /// Outputs × inputs.
+    /// Responses, outputs × inputs.
     pub responses: DMatrix<Complex<f64>>,
     /// Partial coherence, outputs × inputs.
     pub coherence: DMatrix<f64>,
-    /// Multiple coherence: part of each output that all inputs explain.
+    /// Multiple coherence: fraction of each output that all inputs together explain.
     pub multiple: DVector<f64>,
     /// Power of each input, conditioned on the others.
     pub input_power: DVector<f64>,
 }
 
-/// Smallest independent part of a signal; below it the signal is a combination of the others.
+/// Fraction of a signal's power that is independent of the others, below which the signal counts as their combination.
 const OWN_PART: f64 = 1e-8;
 
 impl Conditioned {
-    /// Responses and partial coherences from the spectral matrix of references, inputs and outputs. Only the part of
-    /// the inputs that follows the references counts; without references the whole input counts. The error is the index
-    /// of a signal that is a combination of the others.
+    /// Responses and partial coherences from the spectral matrix of references, inputs and outputs. Only the component
+    /// of the inputs that follows the references counts. Without references the whole input counts. The error is the
+    /// index of a signal that is a combination of the others.
     ///
     /// # Source
     /// Equations (I19) and (I29) of docs/equations.md.
@@ -83,7 +83,8 @@ struct Unmixed {
 }
 
 impl Unmixed {
-    /// The error is the index of a signal that does not move, or that the others explain.
+    /// Inverts the spectral matrix `among`. The error is the index of a signal that does not move, or that the others
+    /// explain.
     fn from(among: &DMatrix<Complex<f64>>) -> Result<Self, usize> {
         let count = among.nrows();
         if let Some(still) = (0..count).find(|&signal| among[(signal, signal)].re <= 0.0) {
@@ -102,7 +103,7 @@ impl Unmixed {
         (0..count).find(lost).map_or(Ok(unmixed), Err)
     }
 
-    /// The matrix's inverse times `right`.
+    /// The inverse of the spectral matrix times `right`.
     fn solve(&self, right: &DMatrix<Complex<f64>>) -> DMatrix<Complex<f64>> {
         let scaled = |matrix: &DMatrix<Complex<f64>>| {
             DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |row, column| {

@@ -21,11 +21,11 @@ pub struct ResponseFitSettings {
     pub lower: Vec<f64>,
     /// Upper bounds of the parameters; empty for no bounds.
     pub upper: Vec<f64>,
-    /// Parameters known before: index, value, and one sigma in units of the fit's [`unit`](ResponseFit::unit).
+    /// Priors of parameters: index, value, and one sigma in units of the fit's [`unit`](ResponseFit::unit).
     pub known: Vec<(usize, f64, f64)>,
     /// Largest number of linearisations.
     pub iterations: usize,
-    /// The search stops where the predicted decrease of the next step is below this part of the initial cost.
+    /// The search stops where the predicted decrease of the next step is below this fraction of the initial cost.
     pub least_decrease: f64,
 }
 
@@ -50,10 +50,11 @@ pub struct ResponseFit {
     /// The parameters.
     pub parameters: Vec<f64>,
     /// Standard deviations: Cramér–Rao bounds, scaled by the remaining misfit and doubled (Tischler & Remple, section
-    /// 11.3). Neighbouring frequencies share their windows and are not independent. Infinite for a parameter without
-    /// effect on the responses.
+    /// 11.3). Neighbouring frequencies come from the same windows and are not independent. Infinite for a parameter
+    /// without effect on the responses.
     pub bounds: Vec<f64>,
-    /// Insensitivities: change of each parameter alone that raises the cost equally; never above its bound.
+    /// Insensitivities: change of one parameter, with all others fixed, that raises the cost by the same amount for
+    /// each parameter. Never above the bound.
     pub insensitivities: Vec<f64>,
     /// Bound of a parameter that changes a single residual, with a slope of 1.
     pub unit: f64,
@@ -75,7 +76,7 @@ pub struct ResponseCosts {
     pub points: DMatrix<usize>,
 }
 
-/// Weight of a squared phase error, dB²/°²: an error of 7.57° counts as much as one of 1 dB.
+/// Weight of a squared phase error, dB²/°²: an error of 7.57° counts as much as an error of 1 dB.
 pub(crate) const PHASE_WEIGHT: f64 = 0.017_45;
 
 /// Fits `model` to `measured` by damped least squares from `start`.
@@ -177,7 +178,7 @@ struct Point {
     input: usize,
     magnitude_db: f64,
     phase_rad: f64,
-    /// Square root of its weight in the mean cost.
+    /// Square root of the point's weight in the mean cost.
     weight: f64,
 }
 
@@ -226,7 +227,8 @@ struct Misfit<M> {
     frequencies_radps: Vec<f64>,
     shape: (usize, usize),
     points: Vec<Point>,
-    /// Smallest size of each parameter for its derivative's step: a small part of the search range, in its unit.
+    /// Size of each parameter that the step of the derivative uses at least: a small fraction of the search range, in
+    /// the parameter's unit.
     sizes: Vec<f64>,
     known: Vec<(usize, f64, f64)>,
     model: M,
@@ -276,7 +278,7 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
         ResponseCosts { each, mean, points }
     }
 
-    /// Weighted error in magnitude and phase of each point, in turn, then that of each parameter known before.
+    /// Weighted error in magnitude and phase of each point, in turn, then that of each parameter with a prior.
     fn residuals(&self, theta: &[f64]) -> Option<DVector<f64>> {
         let modelled = (self.model)(theta, &self.frequencies_radps)
             .filter(|all| all.iter().all(|one| one.shape() == self.shape))?;
@@ -284,7 +286,7 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
         for point in &self.points {
             let value = modelled[point.at][(point.output, point.input)];
             let magnitude_db = 20.0 * value.norm().log10() - point.magnitude_db;
-            // Wrapped to the nearest equivalent angle.
+            // The phase error is wrapped to the nearest equivalent angle.
             let phase = (value.arg() - point.phase_rad + PI).rem_euclid(TAU) - PI;
             residuals.push(point.weight * magnitude_db);
             residuals.push(point.weight * PHASE_WEIGHT.sqrt() * phase.to_degrees());
@@ -305,7 +307,7 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
                 self.residuals(&moved)
             };
             let mut change = side(reach)? - side(-reach)?;
-            // A phase error that passes half a turn does not change by a whole turn.
+            // The change of a phase error that passes half a turn must not contain a whole turn.
             for (point, pair) in self.points.iter().zip(change.as_mut_slice().chunks_exact_mut(2)) {
                 let turn = point.weight * PHASE_WEIGHT.sqrt() * 360.0;
                 pair[1] -= turn * (pair[1] / turn).round();

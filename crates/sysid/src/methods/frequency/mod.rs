@@ -44,15 +44,15 @@ pub enum FrequencyError {
     /// The window is longer than every record, or contains too few samples.
     #[error("a window of {window} samples does not fit records of up to {longest}")]
     Window {
-        /// Its length in samples.
+        /// Length of the window, samples.
         window: usize,
-        /// Samples of the longest record.
+        /// Length of the longest record, samples.
         longest: usize,
     },
     /// Experiments with different signals or periods, or no experiments.
     #[error("experiments of one response need the same signals and period: {reason}")]
     Experiments {
-        /// The difference.
+        /// Description of the difference.
         reason: String,
     },
     /// An input does not move independently of the others at a frequency.
@@ -66,11 +66,11 @@ pub enum FrequencyError {
     /// Too few coherent points.
     #[error("{points} points of coherence above {least} cannot determine {parameters} parameters")]
     TooFewPoints {
-        /// Points above the limit.
+        /// Number of points with a coherence above the limit.
         points: usize,
-        /// The limit.
+        /// Smallest coherence of a usable point.
         least: f64,
-        /// Parameters to determine.
+        /// Number of parameters to determine.
         parameters: usize,
     },
     /// The model is undefined or not finite at the initial parameters.

@@ -15,13 +15,14 @@ pub struct ResponseSettings {
     pub windows_s: Vec<f64>,
     /// Frequencies of the result.
     pub band: Band,
-    /// Part of a window shared with the next.
+    /// Fraction of a window that the next window shares.
     pub overlap: f64,
 }
 
 impl ResponseSettings {
-    /// Five windows over `band`, from 20 periods of its middle down to one of its first frequency, limited to
-    /// `longest_s`. They overlap by four fifths.
+    /// Five windows for `band`, from 20 periods of its last frequency to two periods of its first frequency. The
+    /// longest window is at most half of `longest_s`, the shortest at most half of the longest. They overlap by four
+    /// fifths.
     ///
     /// # Source
     /// Tischler & Remple, section 10.6: window lengths over a decade, the longest with two periods of the lowest
@@ -50,16 +51,16 @@ pub struct FrequencyResponse {
     /// Partial coherence γ² at each frequency, 0 to 1, outputs × inputs, with the other inputs removed from both
     /// signals.
     pub coherence: Vec<DMatrix<f64>>,
-    /// Multiple coherence at each frequency, 0 to 1: part of each output that all inputs together explain linearly.
+    /// Multiple coherence at each frequency, 0 to 1: fraction of each output that all inputs together explain linearly.
     pub multiple_coherence: Vec<DVector<f64>>,
-    /// Random error of each response at each frequency, as a part of its magnitude.
+    /// Random error of each response at each frequency, as a fraction of its magnitude.
     pub random_error: Vec<DMatrix<f64>>,
     /// Power density of each input at each frequency, conditioned on the other inputs, in its unit squared per Hz.
     pub input_power: Vec<DVector<f64>>,
 }
 
 impl FrequencyResponse {
-    /// The responses at about `count` of the frequencies, logarithmically spaced.
+    /// The responses at about `count` logarithmically spaced frequencies, selected from the existing ones.
     #[must_use]
     pub fn logarithmic(&self, count: usize) -> Self {
         let (Some(first), Some(last)) = (self.frequencies_hz.first(), self.frequencies_hz.last())
@@ -129,11 +130,11 @@ impl FrequencyResponse {
         }
     }
 
-    /// The responses with zero coherence wherever an input has less than `part` of its largest power within a third of
-    /// an octave.
+    /// The responses with zero coherence at all frequencies where the power of an input has a gap. In a gap it is below
+    /// the fraction `part` of its largest power within a third of an octave.
     ///
-    /// An input with steps of T seconds has almost no power at multiples of 1/T. There windows leak power from
-    /// neighbouring frequencies, which is coherent but wrong.
+    /// An input with steps of T seconds has almost no power at multiples of 1/T. At these frequencies windows leak
+    /// power from neighbouring frequencies, which is coherent but wrong.
     #[must_use]
     pub fn without_gaps(mut self, part: f64) -> Self {
         let third = 2f64.cbrt();
@@ -171,13 +172,13 @@ pub fn frequency_response(
     joint_response(experiments, &[], settings)
 }
 
-/// Frequency responses for flights in closed loop, with respect to the part of the inputs that follows the
+/// Frequency responses for flights in closed loop, with respect to the component of the inputs that follows the
 /// `references`. The references are those inputs of the experiments that were injected from outside; the other inputs
 /// acted on the vehicle. There must be at least as many references as inputs. Without references every input is its own
 /// reference, and this is [`frequency_response`].
 ///
-/// A controller responds to gusts with the inputs, so the ratio of output to input spectra describes the controller as
-/// much as the vehicle. The references are independent of the gusts.
+/// A controller responds to gusts with the inputs. The ratio of output to input spectra therefore describes the
+/// controller as much as the vehicle. The references are independent of the gusts.
 ///
 /// # Errors
 /// As [`frequency_response`]; [`FrequencyError::Experiments`] where a reference is not among the inputs.

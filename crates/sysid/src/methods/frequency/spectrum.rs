@@ -18,9 +18,9 @@ pub enum Window {
 /// Evenly spaced frequencies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
-    /// The first, Hz, above zero.
+    /// First frequency, Hz, above zero.
     pub first_hz: f64,
-    /// The last, Hz, at most half the sample rate.
+    /// Last frequency, Hz, at most half the sample rate.
     pub last_hz: f64,
     /// Number of frequencies, at least 2.
     pub points: usize,
@@ -55,7 +55,7 @@ impl Band {
 pub struct SpectrumSettings {
     /// Length of a window, s.
     pub window_s: f64,
-    /// Part of a window shared with the next, 0 to 0.95.
+    /// Fraction of a window that the next window shares, 0 to 0.95.
     pub overlap: f64,
     /// Window shape.
     pub window: Window,
@@ -79,14 +79,17 @@ pub struct Spectra {
 }
 
 impl Spectra {
-    /// The normalised random error of a response of coherence γ² (Tischler & Remple eq. 7.8; Bendat
-    /// & Piersol eq. 9.90): its standard deviation as a part of the response's size.
+    /// The normalised random error of a response of coherence γ² (Tischler & Remple eq. 7.8; Bendat & Piersol eq.
+    /// 9.90): its standard deviation as a fraction of the response's magnitude.
     #[must_use]
     pub fn random_error(&self, coherence: f64) -> f64 {
         random_error(coherence, self.averages, self.error_constant)
     }
 }
 
+/// Normalised random error of a response from its coherence and the number of averages.
+///
+/// # Source
 /// Equation (I20) of docs/equations.md.
 pub(super) fn random_error(coherence: f64, averages: f64, constant: f64) -> f64 {
     let coherence = coherence.clamp(1e-12, 1.0);

@@ -8,7 +8,8 @@ use super::settings::{Dropping, Settings};
 use super::statistics;
 use crate::methods::least_squares::{Cost as _, Limits, Minimum, minimise};
 
-/// Predicted decrease of the cost at which an intermediate search ends: far below the rise that decides about a parameter.
+/// Predicted decrease of the cost at which an intermediate search ends. It is far below the rise of the cost that
+/// decides whether a parameter is dropped.
 const COARSE: f64 = 0.05;
 
 /// Searches, drops the parameters that the data do not identify, several at once, and searches again.
@@ -35,7 +36,8 @@ pub(super) fn search(
         if weak.is_empty() {
             break;
         }
-        // All whose values chance alone explains; half of them where their likelihoods do not add up.
+        // All insignificant parameters are dropped together. If the cost then rises too much, the attempt is repeated
+        // with the less significant half.
         weak.sort_by(|one, other| one.1.total_cmp(&other.1));
         loop {
             let before = (problem.base.clone(), problem.free.clone());
@@ -149,7 +151,7 @@ fn remove_weak(
     theta
 }
 
-/// Weights the priors by the information of the innovations as they are, instead of that of white innovations.
+/// Weights the priors by the information of the actual innovations, instead of that of white innovations.
 ///
 /// # Source
 /// Equation (I27) of docs/equations.md.
@@ -174,10 +176,10 @@ fn weigh_priors(
 /// First search for the structure's own parameters. All noise is fixed, that of the outputs at a tenth of their
 /// standard deviation.
 ///
-/// Process noise can replace the response to the sticks and explain each sample by the one before. That is a second
-/// optimum of the likelihood, in which a search from a distant start may end.
+/// Process noise can replace the response to the sticks and explain each sample by the previous sample. That is a
+/// second optimum of the likelihood, in which a search from a distant start may end.
 fn settle(problem: &mut Problem<'_>, settings: &Settings) -> Result<usize, PredictionErrorError> {
-    /// σ of an output's noise, as a part of the output's standard deviation.
+    /// σ of an output's noise, as a fraction of the output's standard deviation.
     const NOISE: f64 = 0.1;
     let structure = problem.structure;
     let first_noise = structure.parameters.len();
@@ -193,7 +195,7 @@ fn settle(problem: &mut Problem<'_>, settings: &Settings) -> Result<usize, Predi
     }
     problem.free.retain(|&index| index < first_noise);
     let start: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
-    // The result is only a start: convergence to one unit of −ln L is enough.
+    // The result is only an initial value: convergence to one unit of −ln L is sufficient.
     let minimum = minimised(problem, &start, Limits { least_decrease: 1.0, ..settings.limits })?;
     let found = problem.whole(&minimum.theta);
     problem.base[..first_noise].copy_from_slice(&found[..first_noise]);
@@ -219,7 +221,8 @@ fn summarise(
         })
     };
     let (mut covariance, mut white) = (covariance.ok_or_else(singular)?, white);
-    // Fixed noise may exceed the noise of the flight: a bound is never below that for the noise of the model.
+    // Fixed noise may exceed the noise of the flight. A bound is therefore never below the bound for the noise of the
+    // model.
     let widen: Vec<f64> = (0..white.nrows())
         .map(|place| (white[(place, place)] / covariance[(place, place)]).sqrt().max(1.0))
         .map(|factor| settings.widened * if factor.is_finite() { factor } else { 1.0 })
@@ -231,7 +234,7 @@ fn summarise(
     let whole = problem.whole(&minimum.theta);
     let structure = problem.structure;
     let own = structure.parameters.len();
-    // From ln σ to σ.
+    // Scale from ln σ to σ.
     let scale: Vec<f64> = problem
         .free
         .iter()

@@ -48,8 +48,8 @@ pub struct Estimate {
     pub bound: f64,
     /// The bound for white innovations.
     pub white_bound: f64,
-    /// Insensitivity: change of the parameter alone that raises the cost equally, 1/√ of its own information. Never
-    /// above the white bound.
+    /// Insensitivity: change of the parameter, with all others fixed, that raises the cost by the same amount for each
+    /// parameter. It is 1/√ of the parameter's own information and never above the white bound.
     pub insensitivity: f64,
 }
 
@@ -76,7 +76,7 @@ impl Estimate {
 /// Parameters of an identified structure with their correlations, noises last.
 ///
 /// Printed like CIFER's identification summary: value, Cramér–Rao bound and insensitivity in percent, then the strongly
-/// correlated pairs. CIFER's bound is twice this one.
+/// correlated pairs. CIFER's bound is twice the bound printed here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimates {
     /// Parameters in the structure's order, then σ of each process noise (of a state's rate, per sample), then σ of
@@ -105,8 +105,8 @@ impl Estimates {
     }
 
     /// Factor by which white innovations would understate the variances of the estimates `names` together. It is the
-    /// mean of the eigenvalues of W⁻¹V, with their two covariances. The likelihood is overstated by this factor. `None`
-    /// where none of them was estimated, or a variance is unknown.
+    /// mean of the eigenvalues of W⁻¹V, with W the covariance for white innovations and V the covariance. The
+    /// likelihood is overstated by this factor. `None` where no estimate of `names` exists, or a variance is unknown.
     ///
     /// # Source
     /// Kent (1982), *Biometrika* 69(1); Rotnitzky and Jewell (1990), *Biometrika* 77(3). Equation (I31) of

@@ -56,7 +56,7 @@ pub struct Run {
     pub model: DMatrix<f64>,
 }
 
-/// A fit, and the bounds of the parameters: a model with large bounds can fit and be wrong.
+/// A fit together with the bounds of the parameters: a model with large bounds can fit and be wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
     window_s: f64,
@@ -238,7 +238,7 @@ struct OpenLoop {
     /// Values fitted to a window: its initial state and offsets. Output errors are excluded, because they are not
     /// motion. Each window has its own constant forcing, because gusts last longer than a window.
     fitted: OwnRows,
-    /// Empty: all values are known.
+    /// Sensitivities of a window with known own values: empty.
     none: OwnRows,
 }
 

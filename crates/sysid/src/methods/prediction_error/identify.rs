@@ -72,9 +72,9 @@ pub fn identify_from(
     identify_on(&moved, experiments, settings)
 }
 
-/// Repeats the search from the result `found` with what another method found, `known`: index, value and one sigma of
-/// parameters. Each value is its parameter's start, and counts as one more measurement in place of the structure's own
-/// prior.
+/// Repeats the search from the result `found` with the results `known` of another method: index, value and one sigma of
+/// parameters. Each value is the initial value of its parameter. It counts as one more measurement and replaces the
+/// prior of the structure.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
@@ -136,7 +136,7 @@ pub(super) fn problem<'a>(
 }
 
 /// The model of `structure` from `parts` that were identified separately on the same `experiments`. Values, bounds and
-/// noises are taken over by name. Parameters of different parts are uncorrelated, and nothing is searched.
+/// noises are copied by name. Parameters of different parts are uncorrelated, and nothing is searched.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
@@ -197,8 +197,9 @@ pub fn assemble(
 
 /// Lower and upper limit of each entry of the whole parameter vector.
 fn limits(structure: &Structure, base: &[f64], settings: &Settings) -> (Vec<f64>, Vec<f64>) {
-    // A noise below a thirtieth of its initial value is negligible; above a thousand times that value it is not noise.
+    // ln 33: a noise below a thirtieth of its initial value is negligible.
     const LEAST: f64 = 3.5;
+    // ln 1100: a noise above a thousand times its initial value is not noise.
     const MOST: f64 = 7.0;
     let own = structure.parameters.len();
     let side = |of: fn(&Parameter) -> f64, noise: &dyn Fn(usize, f64) -> f64| {

@@ -23,9 +23,9 @@ use crate::record::Experiment;
 /// Number of trial delays within a sample.
 const PARTS: u32 = 10;
 
-/// `found` with the delay of the input `input` estimated from the experiments' input `injected`. That is not an input
-/// of the structure. All other parameters keep their values. `None` where the delay was not estimated or nothing was
-/// injected.
+/// `found` with the delay of the input `input` estimated from the signal `injected`. The signal is an input of the
+/// experiments, not of the structure. All other parameters keep their values. `None` where the delay was not estimated
+/// or nothing was injected.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
@@ -68,9 +68,9 @@ fn alone(experiment: &Experiment, input: &str, injected: &str) -> Option<Experim
 /// Delay estimated from the injected signal.
 struct Indicated {
     delay_s: f64,
-    /// Trial delays over the whole range, and the squared projection of the innovations on the instruments at each.
+    /// Trial delays over the whole range, each with the squared projection of the innovations on the instruments.
     left: Vec<(f64, f64)>,
-    /// Change of each record's innovations with the delay, through the injected signal.
+    /// Change of each record's innovations with the delay of the injected signal.
     instruments: Vec<DVector<f64>>,
 }
 
@@ -173,7 +173,7 @@ impl Indicated {
         let own_parameters = flown.structure.parameters.len();
         for (other, slope) in slopes.iter_mut().enumerate() {
             let index = flown.free[other];
-            // Estimated noises are σ, searched ones ln σ.
+            // The estimates contain σ of the noises, the search variables ln σ.
             let scale = if index < own_parameters { 1.0 } else { estimates.list[index].value };
             *slope /= white * scale;
         }

@@ -6,7 +6,8 @@ use crate::methods::kalman::predicted_covariance;
 use crate::methods::structure::Structure;
 use hovernav_model::linalg::{HoldDerivatives, Stein, ZeroOrderHold};
 
-/// x⁺ = Φ x + Γ [u n o] + K ν, ν = y − C x − D u − b, of covariance S = L Lᵀ.
+/// The predictor x⁺ = Φ x + Γ [u n o] + K ν. The innovation ν = y − C x − D u − b has the covariance S = L Lᵀ. The
+/// inputs are u, the process noises n, the offsets o, the biases b.
 ///
 /// Process noise is an unmeasured input, white from sample to sample and held between. Its covariance per step is Γₙ
 /// diag(σ²) Γₙᵀ, and its derivatives are those of Γ.
@@ -47,7 +48,8 @@ pub(super) struct Derivative {
     pub gain: DMatrix<f64>,
     /// L⁻¹ dS L⁻ᵀ.
     pub whitened_innovations: DMatrix<f64>,
-    /// Input that this parameter delays or lags, and its index among the inputs' derivatives.
+    /// Inputs that this parameter delays or lags, each with the index of its derivative among the derivatives of the
+    /// inputs.
     pub shifts: Vec<(usize, usize)>,
 }
 
@@ -110,8 +112,8 @@ impl Predictor {
 
     /// The derivatives with respect to the entries `free` of the whole parameter vector `theta`.
     ///
-    /// K changes with P, and dP solves Stein's equation dP = F dP Fᵀ + dF P Fᵀ + F P dFᵀ + K dR Kᵀ + dQ with dF = dΦ −
-    /// K dC. The change of the gain cancels because the gain is optimal.
+    /// K changes with P. dP solves Stein's equation dP = F dP Fᵀ + dF P Fᵀ + F P dFᵀ + K dR Kᵀ + dQ with dF = dΦ − K
+    /// dC. The change of the gain cancels because the gain is optimal.
     ///
     /// # Source
     /// Equation (I11) of docs/equations.md.

@@ -34,7 +34,7 @@ pub(super) struct Problem<'a> {
     pub own: RefCell<Own>,
 }
 
-/// Own values, at one set of parameters.
+/// Own values of all records at one set of parameters.
 #[derive(Default)]
 pub(super) struct Own {
     pub values: Vec<Vec<f64>>,
@@ -78,13 +78,13 @@ impl Problem<'_> {
         self.records.iter().map(|record| record.samples).sum()
     }
 
-    /// Initial guesses of all records' own values.
+    /// Initial values of all records' own values, for the solution.
     pub fn guesses(structure: &Structure, records: &[Record]) -> Own {
         let values = records.iter().map(|record| Self::guess(structure, record)).collect();
         Own { values, at: None }
     }
 
-    /// Initial guess of a record's own values: the measurements at its start.
+    /// Initial values of a record's own values: the measurements at the start of the record.
     pub fn guess(structure: &Structure, record: &Record) -> Vec<f64> {
         let n = structure.states.len();
         let mut own = vec![0.0; n + structure.offsets.len() + structure.biases.len()];
@@ -104,7 +104,7 @@ impl Problem<'_> {
         (0..n - structure.trailing_errors()).chain(n..all).collect()
     }
 
-    /// Sensitivities to the solved own values in `records`.
+    /// Sensitivities of the innovations to the own values of `records` that are solved for.
     pub fn own_rows(structure: &Structure, predictor: &Predictor, records: &[Record]) -> OwnRows {
         let lengths = records.iter().map(|record| record.samples);
         OwnRows::new(structure, predictor, Self::solved(structure), lengths)

@@ -8,11 +8,11 @@ use wide::f64x8;
 
 use super::predictor::Predictor;
 
-/// Samples between two updates of the normal equations.
+/// Number of samples between two updates of the normal equations.
 pub(super) const BLOCK: usize = 128;
 
-/// Sensitivities that the processor's registers hold during a sum. A general product would spend its time packing
-/// matrices this small.
+/// Number of sensitivities that the processor's registers hold during a sum. For matrices this small, a general product
+/// would spend most of its time on copying.
 pub(super) const LANES: usize = 8;
 
 /// Length of the group of `count` sensitivities.
@@ -23,7 +23,7 @@ pub(super) fn group(count: usize) -> usize {
 /// The matrices of a predictor, for groups of one length.
 pub(super) struct Products {
     group: usize,
-    /// Φ, with fewer entries than F.
+    /// Φ, which has fewer entries than F.
     free: Rows,
     /// K.
     gain: Rows,
@@ -108,7 +108,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// The columns of `matrices`, which have equally many rows.
+    /// The columns of `matrices`, which have equal numbers of rows.
     pub fn of(matrices: &[DMatrixView<'_, f64>]) -> Self {
         let group = matrices.first().map_or(0, |matrix| group(matrix.nrows()));
         let mut values = Vec::new();

@@ -43,8 +43,8 @@ impl Step {
         }
     }
 
-    /// Of z = [x u du/dτ o ν] writes x, replaces the measured outputs by their innovation ν, and passes to the next
-    /// sample.
+    /// Writes x to z = [x u du/dτ o ν] and replaces the measured outputs in z by their innovation ν. Then it advances
+    /// to the next sample.
     pub fn advance(&mut self, z: &mut [f64]) {
         let [states, inputs, outputs] = self.sizes;
         z[..states].copy_from_slice(&self.state[..states]);

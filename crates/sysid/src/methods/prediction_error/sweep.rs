@@ -16,7 +16,7 @@ pub(super) struct Record {
     pub samples: usize,
     inputs: Vec<f64>,
     pub outputs: Vec<f64>,
-    /// Whether the inputs move smoothly between samples, and are not held.
+    /// Whether the inputs move smoothly between samples. Otherwise they are held.
     is_smooth: bool,
 }
 
@@ -42,12 +42,12 @@ impl Record {
         Self { name: self.name.clone(), ..Self::of_outputs(outputs, samples) }
     }
 
-    /// The inputs after their delays and lags, and their derivatives with respect to each: per sample first by the
-    /// delays, then by the lags.
+    /// The inputs after their delays and lags, and their derivatives with respect to each delay and lag. For each
+    /// sample the derivatives with respect to the delays come first.
     ///
     /// A delay of d samples and a fraction f of a sample gives f times the older value plus 1 − f times the newer. That
-    /// is the mean of the delayed, held input over the interval. Between the samples of a smooth input it would attenuate
-    /// fast movements; there a polynomial through six samples gives the value.
+    /// is the mean of the delayed, held input over the interval. Between the samples of a smooth input it would
+    /// attenuate fast movements; there a polynomial through six samples gives the value.
     pub fn delayed(
         &self,
         structure: &Structure,
@@ -90,8 +90,8 @@ impl Record {
     }
 }
 
-/// Weights of the values around `fraction` of a sample: how many samples older than the newer neighbour, weight, and its
-/// derivative.
+/// Weights of the values around a fraction of a sample. Each entry contains the age relative to the newer neighbour,
+/// samples; the weight; and its derivative with respect to the fraction.
 type Weights = Vec<(f64, f64, f64)>;
 
 /// The mean of a held input over the interval.
@@ -116,11 +116,11 @@ fn between(fraction: f64) -> Weights {
 
 /// A first-order lag of a held input, averaged over each interval.
 struct Lag {
-    /// Remaining part of a difference after an interval and in the interval's mean, and the derivatives of both with
-    /// respect to the time constant.
+    /// Fraction of a difference between state and input that remains after an interval, and in the interval's mean.
     left: [f64; 2],
+    /// Derivatives of `left` with respect to the time constant.
     moved: [f64; 2],
-    /// State, and its derivatives by the delay and by the time constant; `None` before the first sample.
+    /// State, and its derivatives with respect to the delay and the time constant; `None` before the first sample.
     state: Option<[f64; 3]>,
 }
 
@@ -134,7 +134,7 @@ impl Lag {
         Self { left: [end, mean], moved: [end_moved, mean_moved], state: None }
     }
 
-    /// Mean over the interval, and its derivatives by the delay and by the time constant.
+    /// Mean over the interval, and its derivatives with respect to the delay and the time constant.
     ///
     /// # Source
     /// Equation (I28) of docs/equations.md.
@@ -159,7 +159,7 @@ pub(super) struct Forcing {
     group: usize,
     /// (states · group) × z, with the rows of a state adjacent.
     state: DMatrix<f64>,
-    /// Parameter, output, entry of z, value.
+    /// Entries of the matrix: parameter, output, index in z, value.
     output: Vec<(usize, usize, usize, f64)>,
 }
 
@@ -225,9 +225,9 @@ pub(super) struct Pass<'a> {
     pub inputs: &'a (Vec<f64>, Vec<f64>),
     /// The record's own values: x0, offsets, biases.
     pub own: &'a [f64],
-    /// Own values with a column, and their sensitivities.
+    /// Own values that have a column, and the sensitivities of the innovations to them.
     pub own_rows: &'a OwnRows,
-    /// Keep the whitened innovations and sensitivities.
+    /// Whether the pass keeps the whitened innovations and sensitivities.
     pub keep: bool,
 }
 
@@ -334,7 +334,7 @@ impl Pass<'_> {
         normal
     }
 
-    /// z of `sample`, x excepted, with the measured outputs less their biases for ν.
+    /// Fills z for `sample`, except x. The measured outputs minus their biases take the place of ν.
     fn measured(&self, sample: usize, z: &mut [f64]) {
         let structure = self.structure;
         let (n, m) = (structure.states.len(), structure.inputs.len());

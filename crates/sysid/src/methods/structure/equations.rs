@@ -1,4 +1,4 @@
-//! From equations as text to a [`Structure`].
+//! Parser of equations as text into a [`Structure`].
 
 use super::error::StructureError;
 use super::parametrised::Structure;

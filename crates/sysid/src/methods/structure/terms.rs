@@ -43,7 +43,7 @@ impl Parameter {
         Self { lower, upper, ..self }
     }
 
-    /// The parameter, never to be dropped.
+    /// The parameter, marked as never to be dropped.
     #[must_use]
     pub fn needed(self) -> Self {
         Self { needed: true, ..self }
@@ -77,7 +77,7 @@ pub(crate) struct Term {
 }
 
 impl Term {
-    /// One signal without factors.
+    /// A term of one signal with the coefficient 1 and no parameters.
     pub fn plain(row: usize, column: usize) -> Self {
         Self { row, column, coefficient: 1.0, factors: Vec::new() }
     }

@@ -6,8 +6,8 @@ use crate::methods::kalman::predicted_covariance;
 use crate::record::Experiment;
 use hovernav_model::linalg::least_squares;
 
-/// K of x(k+1) = A x + B u + K e, from the unexplained scatter of the estimated states (states × instants, the first at
-/// sample `first`). Zero where the scatter allows no filter.
+/// K of x(k+1) = A x + B u + K e, from the unexplained scatter of the estimated `states`, states × instants. The first
+/// instant is sample `first`. Zero where no filter exists for the scatter.
 pub(super) fn innovation_gain(
     experiment: &Experiment,
     a: &DMatrix<f64>,

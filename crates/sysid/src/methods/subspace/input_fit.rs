@@ -14,8 +14,8 @@ pub(super) struct InputMap {
     pub initial_state: DVector<f64>,
 }
 
-/// B, D and x(0) for given A, C and gain K: of the best simulation with K = 0, else of the best one-step prediction.
-/// The output is linear in all of them in both cases.
+/// B, D and x(0) for given A, C and gain K. They give the best simulation if K = 0, otherwise the best one-step
+/// prediction. The output is linear in all of them in both cases.
 ///
 /// # Source
 /// Equation (I7) of docs/equations.md.
@@ -102,8 +102,8 @@ fn unexplained(
     left
 }
 
-/// The initial state with which `model` explains `experiment` best: by simulation where the model is stable, by
-/// one-step prediction where it is not.
+/// The initial state with which `model` explains `experiment` best: by simulation for a stable model, by one-step
+/// prediction for an unstable model.
 #[must_use]
 pub fn fit_initial_state(model: &InnovationModel, experiment: &Experiment) -> DVector<f64> {
     let system = &model.system;

@@ -1,4 +1,4 @@
-//! The future projected on the past.
+//! Projection of the future outputs on the past inputs and outputs.
 
 use std::ops::Range;
 
@@ -28,7 +28,7 @@ pub(super) struct Projection {
 /// error of the normal equations grows with the square of the condition number.
 const WELL_CONDITIONED: f64 = 1e-5;
 
-/// Least size of a direction of the inputs, relative to the largest, that counts as excitation.
+/// Smallest size of a direction of the inputs that counts as excitation, relative to the largest.
 const EXCITED: f64 = 1e-9;
 
 impl Projection {
@@ -80,7 +80,7 @@ impl Projection {
             Weighting::Moesp => (r32.into_owned(), None),
             Weighting::Cva => {
                 let mut scatter = r32 * r32.transpose() + r33 * r33.transpose();
-                // Without noise the scatter is singular; the floor keeps rounding from deciding.
+                // Without noise the scatter is singular. The floor limits the effect of rounding.
                 let floor = 1e-14 * scatter.trace();
                 for index in 0..future {
                     scatter[(index, index)] += floor;
@@ -91,8 +91,8 @@ impl Projection {
                 (weighted, Some(factor))
             }
         };
-        // Only the left directions matter. The eigenvectors of the small square matrix are cheaper, but lose half the
-        // digits that determine the order.
+        // Only the left singular vectors are needed. The eigenvectors of the small square matrix are cheaper, but lose
+        // half the digits that determine the order.
         let svd = weighted.transpose().qr().r().transpose().svd(true, false);
         let (Some(left), values) = (svd.u, svd.singular_values) else {
             return Err(breakdown(experiment));
@@ -126,7 +126,7 @@ fn breakdown(experiment: &Experiment) -> SubspaceError {
     SubspaceError::Breakdown { experiment: experiment.name.clone(), step: "the projection" }
 }
 
-/// Instants stacked at a time: as many rows as fit in a cache.
+/// Number of instants stacked at a time, so that their rows fit in a cache.
 const BLOCK: usize = 512;
 
 /// Transposed block Hankel matrices of the instants `rows`, one row per instant. The columns are future inputs, past

@@ -1,4 +1,4 @@
-//! From the observability matrix to A and C, and to the whole model.
+//! A, C and the whole model from the observability matrix.
 
 use nalgebra::DMatrix;
 
@@ -13,10 +13,10 @@ use hovernav_model::linalg::least_squares;
 use hovernav_model::linalg::spectral_radius;
 use hovernav_model::{LinearModel, TimeDomain};
 
-/// Instants processed at a time: as many states as fit in a cache.
+/// Number of instants processed at a time, so that their states fit in a cache.
 const BLOCK: usize = 512;
 
-/// Distance inside the unit circle of the outermost pole of a model known to be stable.
+/// Distance from the unit circle to which the outermost pole of a model known to be stable is moved.
 const EDGE: f64 = 1e-4;
 
 /// The model of `order` states.

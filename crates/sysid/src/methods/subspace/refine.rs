@@ -52,8 +52,8 @@ pub struct Refined {
     pub model: InnovationModel,
     /// The state at the first sample.
     pub initial_state: DVector<f64>,
-    /// Sum over outputs and samples of squared errors, before and after; each output in units of its own mean square
-    /// deviation.
+    /// Sum of squared errors over outputs and samples, before and after the refinement. Each output is scaled by its
+    /// own root mean square deviation.
     pub cost: [f64; 2],
     /// Number of linearisations.
     pub steps: usize,
@@ -95,8 +95,8 @@ pub fn refine(
     })
 }
 
-/// The sum of squared errors of a predictor x(k+1) = Ā x + B̄ u + K y, ŷ = C x + D u, where
-/// Ā = A − K C and B̄ = B − K D. Without K it is the simulation.
+/// The sum of squared errors of a predictor x(k+1) = Ā x + B̄ u + K y, ŷ = C x + D u. Here Ā = A − K C and B̄ = B − K
+/// D. Without K it is the simulation.
 struct OutputError<'a> {
     experiment: &'a Experiment,
     /// Inputs and, where K is free, outputs in adjacent columns: the signals that drive the predictor.

@@ -30,7 +30,7 @@ pub(super) fn free_responses(a: &DMatrix<f64>, c: &DMatrix<f64>, samples: usize)
     responses
 }
 
-/// x(k+1) = A x(k) + e z(k), y(k) = C x(k), as the inner loop in which this module spends its time.
+/// The recursion x(k+1) = A x(k) + e z(k), y(k) = C x(k). It is the inner loop of this module.
 struct Recursion {
     order: usize,
     outputs: usize,

@@ -20,7 +20,7 @@ pub struct SearchSettings {
     pub weightings: Vec<Weighting>,
     /// Whether inputs act on outputs within the same sample.
     pub feedthrough: bool,
-    /// Last part of the record that is held back from the fits while candidates are compared.
+    /// Fraction of the record, at its end, that is held back from the fits while candidates are compared.
     pub set_aside: f64,
     /// Largest number of steps of each refinement.
     pub max_steps: usize,
@@ -39,7 +39,7 @@ impl Default for SearchSettings {
     }
 }
 
-/// One method tried.
+/// A method that was tried.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
     /// The method.
@@ -53,8 +53,8 @@ pub struct Candidate {
 pub enum Way {
     /// One subspace pass.
     Pass(SubspaceSettings),
-    /// Refinement for simulation, here from this pass. On the whole record it starts from every pass and keeps the
-    /// lowest cost, because a single start may end in a local minimum.
+    /// Refinement for simulation, started from this pass while candidates are compared. On the whole record it starts
+    /// from every pass and keeps the lowest cost, because a single start may end in a local minimum.
     Refined(SubspaceSettings),
 }
 

@@ -26,15 +26,15 @@ pub struct SubspaceSettings {
     pub horizon: Option<usize>,
     /// The weighting.
     pub weighting: Weighting,
-    /// Whether inputs act on outputs within the same sample. Not the case for a vehicle measured at the moment its
-    /// input changes.
+    /// Whether inputs act on outputs within the same sample. They do not for a vehicle measured at the moment its input
+    /// changes.
     pub feedthrough: bool,
     /// Whether the vehicle is known to be stable. Where noise or drift moves a pole outside the unit circle, all poles
     /// are then scaled until it is just inside.
     pub stable: bool,
 }
 
-/// Horizon where neither it nor an order is given.
+/// Horizon where neither a horizon nor an order is given.
 const USUAL_HORIZON: usize = 10;
 
 impl SubspaceSettings {

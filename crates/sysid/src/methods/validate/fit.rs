@@ -1,4 +1,4 @@
-//! Part of a measured output that a model explains.
+//! Fraction of a measured output that a model explains.
 
 use nalgebra::DMatrix;
 
@@ -36,15 +36,15 @@ pub struct Theil {
     /// Root mean square of the error over the sum of those of both signals: 0 is perfect, 1 the worst; 0.25 to 0.3 is
     /// typical for a good flight model.
     pub coefficient: f64,
-    /// Part of the squared error due to a constant offset.
+    /// Fraction of the squared error due to a constant offset.
     pub bias: f64,
-    /// Part due to a difference in the size of the movements.
+    /// Fraction of the squared error due to a difference in the size of the movements.
     pub variance: f64,
-    /// Remaining part, due to different movements. The three parts sum to 1.
+    /// Remaining fraction, due to different movements. The three fractions sum to 1.
     pub covariance: f64,
 }
 
-/// Theil's coefficient of two signals of equal length. Equal signals have coefficient 0 and no parts.
+/// Theil's coefficient of two signals of equal length. Equal signals have a coefficient and fractions of 0.
 ///
 /// # Panics
 /// Where the lengths differ.

@@ -70,7 +70,7 @@ pub enum Refusal {
         /// Period of the experiment, s.
         period_s: f64,
     },
-    /// The validation data are partly or wholly the estimation data.
+    /// The validation data contain estimation data.
     #[error(
         "`{validation}` repeats rows {row} and on of `{estimation}`, which the model was fitted to"
     )]
@@ -203,8 +203,8 @@ const RUNAWAY: f64 = 100.0;
 /// The initial state is fitted on the validation data, because it is otherwise unknown.
 ///
 /// # Errors
-/// A [`Refusal`] with its reason where the result would be meaningless. The reasons are data used for estimation, a
-/// model or predictor that is unstable over the requested horizon, a diverging prediction, and a constant output.
+/// A [`Refusal`] with its reason where the result would be meaningless. The reasons are data used for estimation, an
+/// unstable model or predictor, a diverging prediction, and a constant output.
 pub fn validate(
     model: &InnovationModel,
     estimation: &Experiment,
@@ -344,7 +344,8 @@ fn shared_rows(estimation: &Experiment, validation: &Experiment) -> Option<usize
     let rests = |other: usize| {
         (1..SHARED).all(|k| validation.outputs.row(other + k) == validation.outputs.row(other))
     };
-    // Overlapping parts of two records contain the start of one or the other.
+    // If two records overlap, the overlap contains the start or the end of one of them. Here the validation data are
+    // tested.
     let starts = [0, validation.samples().saturating_sub(SHARED)];
     let found = |other: usize| {
         if other + SHARED > validation.samples() || rests(other) {

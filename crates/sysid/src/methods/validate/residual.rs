@@ -31,7 +31,8 @@ impl CorrelationTest {
     }
 }
 
-/// Smallest number that a binomial count of `lags` trials of 1 % exceeds in less than 1 % of all cases.
+/// Smallest number that a binomial count exceeds in less than 1 % of all cases. The count has `lags` trials with a
+/// probability of 1 % each.
 fn chance_outside(lags: usize) -> usize {
     let mut exactly = 0.99_f64.powi(lags as i32);
     let mut at_most = exactly;

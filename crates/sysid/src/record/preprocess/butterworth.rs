@@ -16,7 +16,7 @@ pub struct Section {
 /// A low-pass filter of unit gain at zero frequency.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LowPass {
-    /// Its sections, applied one after the other. An odd order has one of first order.
+    /// Sections of the filter, applied one after the other. An odd order has one section of first order.
     pub sections: Vec<Section>,
     order: usize,
 }

@@ -46,7 +46,7 @@ pub struct Relation {
     pub equation: &'static str,
     /// Factor on the right-hand side that fits the left-hand side: 1 for a consistent record.
     pub scale: f64,
-    /// Part of the left-hand side's movement that is explained, 0 to 1.
+    /// Fraction of the left-hand side's movement that the right-hand side explains, 0 to 1.
     pub explained: f64,
     /// Time by which the left-hand side lags the right-hand side, s.
     pub skew_s: f64,
@@ -102,20 +102,21 @@ const LONGEST_SKEW_S: f64 = 0.25;
 const MOST_SKEW: usize = 2;
 /// Range of the factor of a correct kinematic relation.
 const CLOSES: [f64; 2] = [0.85, 1.15];
-/// Smallest explained part of a valid relation.
+/// Smallest explained fraction of a valid relation.
 const RELATED: f64 = 0.8;
-/// Smallest explained part that shows a reversed sign.
+/// Smallest explained fraction that shows a reversed sign.
 const REVERSED: f64 = 0.25;
-/// Range of the factor of the balance of gravity and drag. It omits the forces of the rotor, so only its sign and order
-/// of magnitude are checked.
+/// Range of the factor of a correct balance of gravity and drag. This balance omits the forces of the rotor, so only
+/// its sign and order of magnitude are checked.
 const ROUGHLY: [f64; 2] = [0.3, 3.0];
+/// Smallest explained fraction of a correct balance of gravity and drag.
 const ROUGHLY_RELATED: f64 = 0.5;
 
-/// Checks every relation whose signals `channels` names.
+/// Checks every kinematic relation whose signals are all named in `channels`.
 ///
-/// The relations are φ̇ = p + tan θ (q sin φ + r cos φ), θ̇ = q cos φ − r sin φ, and the body-axis velocity against
-/// specific force and gravity. Without specific force, u̇ and v̇ are compared with gravity along the tilted axes and
-/// drag. In hover they must at least agree in sign and magnitude.
+/// Two relations are φ̇ = p + tan θ (q sin φ + r cos φ) and θ̇ = q cos φ − r sin φ. The others compare the body-axis
+/// velocity with specific force and gravity. Without specific force, u̇ and v̇ are compared with gravity along the
+/// tilted axes and drag. In hover they must at least agree in sign and magnitude.
 ///
 /// # Errors
 /// [`ExperimentError::UnknownSignal`] where a named signal is not in the record.
@@ -215,7 +216,7 @@ impl Check {
         self.relations.push(relation);
     }
 
-    /// Factor and explained part with the left-hand side shifted by `shift` samples; `None` where nothing moves.
+    /// Factor and explained fraction with the left-hand side shifted by `shift` samples; `None` where nothing moves.
     fn fit(
         &self,
         integral: &DVector<f64>,

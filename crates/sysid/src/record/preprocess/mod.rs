@@ -50,7 +50,7 @@ pub enum PreprocessError {
         what: &'static str,
         /// Number of samples.
         samples: usize,
-        /// One fewer than needed.
+        /// Largest number of samples that is still too small.
         needed: usize,
     },
     /// Times that do not increase, or values that are not finite.
@@ -58,11 +58,11 @@ pub enum PreprocessError {
         "sample {sample}: time {time_s} s, value {value}: expected increasing times and finite values"
     )]
     Sample {
-        /// Its index.
+        /// Index of the invalid sample.
         sample: usize,
-        /// Its time, s.
+        /// Time of the invalid sample, s.
         time_s: f64,
-        /// Its value.
+        /// Value of the invalid sample.
         value: f64,
     },
     /// A gap too long to bridge.

@@ -49,6 +49,9 @@ pub fn polynomial_velocity(
         .collect()
 }
 
+/// Coefficients of the least-squares polynomial.
+///
+/// # Source
 /// Equation (I4) of docs/equations.md.
 fn polynomial(
     times_s: &[f64],

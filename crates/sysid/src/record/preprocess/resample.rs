@@ -1,12 +1,13 @@
-//! Resampling.
+//! Resampling of experiments and signals.
 
 use nalgebra::DMatrix;
 
 use super::{LowPass, PreprocessError, filtered};
 use crate::record::experiment::Experiment;
 
-/// Order of the anti-alias filter before decimation, and its cut-off as a part of half the new sample rate.
+/// Order of the anti-alias filter before decimation.
 const ALIAS_ORDER: usize = 8;
+/// Cut-off of the anti-alias filter, as a fraction of half the new sample rate.
 const ALIAS_PART: f64 = 0.8;
 
 /// The experiment at another sample period.
@@ -24,7 +25,7 @@ pub fn resample(experiment: &Experiment, period_s: f64) -> Result<Experiment, Pr
     let thinned;
     let source = if period_s > experiment.period_s {
         let cutoff_hz = ALIAS_PART * 0.5 / period_s;
-        // Close to the old rate no filter is needed.
+        // A new rate close to the old rate needs no filter.
         if cutoff_hz * experiment.period_s < 0.5 * ALIAS_PART {
             let filter = LowPass::butterworth(ALIAS_ORDER, cutoff_hz, experiment.period_s)?;
             thinned = filtered(experiment, &filter)?;
@@ -57,7 +58,7 @@ pub fn resample(experiment: &Experiment, period_s: f64) -> Result<Experiment, Pr
     )?)
 }
 
-/// The value at `row`; one row past either end it is extrapolated by the parabola through the last three.
+/// The value at `row`. One row past either end it is extrapolated by the parabola through the three nearest values.
 fn prolonged(signals: &DMatrix<f64>, column: usize, row: isize) -> f64 {
     let last = signals.nrows() - 1;
     let value = |row: usize| signals[(row.min(last), column)];
@@ -70,13 +71,13 @@ fn prolonged(signals: &DMatrix<f64>, column: usize, row: isize) -> f64 {
     }
 }
 
-/// Catmull–Rom cubic between the middle two of four values, at `part` of the interval.
+/// Catmull–Rom cubic between the middle two of four values, at the fraction `part` of the interval.
 fn cubic([a, b, c, d]: [f64; 4], part: f64) -> f64 {
     let (slope_b, slope_c) = (0.5 * (c - a), 0.5 * (d - b));
     hermite([b, c], [slope_b, slope_c], part)
 }
 
-/// Cubic with these end values and end slopes, at `part` from 0 to 1.
+/// Cubic with these end values and end slopes, at the fraction `part` of the interval, 0 to 1.
 fn hermite([start, end]: [f64; 2], [rise, fall]: [f64; 2], part: f64) -> f64 {
     let (square, cube) = (part * part, part * part * part);
     (2.0 * cube - 3.0 * square + 1.0) * start
@@ -91,8 +92,8 @@ fn hermite([start, end]: [f64; 2], [rise, fall]: [f64; 2], part: f64) -> f64 {
 /// neighbours.
 ///
 /// # Errors
-/// [`PreprocessError`] for different lengths, fewer than two samples, times that do not increase, values that are not
-/// finite, or a gap longer than `longest_gap_s`.
+/// [`PreprocessError`] for different lengths, fewer than two samples, or a gap longer than `longest_gap_s`. Also for
+/// times that do not increase, or values that are not finite.
 pub fn uniform(
     times_s: &[f64],
     values: &[f64],

@@ -30,7 +30,7 @@ pub fn filtered(experiment: &Experiment, filter: &LowPass) -> Result<Experiment,
 /// Definition of a manoeuvre.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SegmentSettings {
-    /// Smallest deviation of an input from its median, as a part of its largest deviation.
+    /// Smallest deviation of an input from its median that counts as movement, as a fraction of its largest deviation.
     pub threshold: f64,
     /// Quiet time kept before a manoeuvre, for the trim, s.
     pub before_s: f64,
