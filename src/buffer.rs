@@ -12,6 +12,37 @@ pub(crate) fn move_to_front<T: Copy>(items: &mut [T], count: usize) {
     }
 }
 
+/// Numbers from the front of a message, of which the most significant byte is first if `BIG`, else last.
+#[cfg(any(feature = "tsip", feature = "ubx"))]
+pub(crate) struct Bytes<'a, const BIG: bool>(pub &'a [u8]);
+
+#[cfg(any(feature = "tsip", feature = "ubx"))]
+impl<const BIG: bool> Bytes<'_, BIG> {
+    /// The next bytes; `None` if too few are left.
+    pub fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (head, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*head)
+    }
+}
+
+#[cfg(any(feature = "tsip", feature = "ubx"))]
+macro_rules! numbers {
+    ($($number:ident),*) => {
+        // Without some of the features, some numbers are unused.
+        #[cfg_attr(not(all(feature = "tsip", feature = "ubx")), allow(dead_code))]
+        impl<const BIG: bool> Bytes<'_, BIG> {
+            $(pub fn $number(&mut self) -> Option<$number> {
+                let from_bytes = if BIG { $number::from_be_bytes } else { $number::from_le_bytes };
+                self.take().map(from_bytes)
+            })*
+        }
+    };
+}
+
+#[cfg(any(feature = "tsip", feature = "ubx"))]
+numbers!(u8, u16, i16, u32, i32, f32, f64);
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 
 use hovernav_formats::Log;
-use hovernav_log::{Info, Survey};
+use hovernav_log::Survey;
 #[cfg(feature = "record")]
 use hovernav_record::RecordInfo;
-use serde_json::Value;
 
 use crate::arguments::Sensors;
 use crate::memory;
@@ -35,19 +34,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let survey = Survey::of(&dataset);
     drop(reading);
     if arguments.json {
-        let mut info = Info(&dataset).to_json();
+        let mut info = serde_json::to_value(&survey)?;
         info["format"] = format.to_string().into();
         info["input"] = arguments.log.display().to_string().into();
-        if let (Some(info), Value::Object(survey)) =
-            (info.as_object_mut(), serde_json::to_value(&survey)?)
-        {
-            for (key, value) in survey {
-                info.entry(key).or_insert(value);
-            }
-        }
         return output::print_json(&info);
     }
-    output::print(Info(&dataset));
     output::print(&survey);
     #[cfg(feature = "record")]
     if let Some(record) = record {

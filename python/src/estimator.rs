@@ -139,7 +139,7 @@ impl Notice {
             })
             .collect();
         Self {
-            time_s: report.innovations().next().map(|axis| axis.time.seconds()),
+            time_s: report.time().map(|time| time.seconds()),
             kind: "updated",
             accepted: Some(report.any_accepted()),
             words: axes.join("; "),

@@ -7,7 +7,7 @@ use hovernav::frames::{EulerAngles, Vector};
 use hovernav::imu::Motion;
 use hovernav_formats::{Log, Options};
 use hovernav_log::columns::{ALTITUDE, ATTITUDE, GPS, INCREMENTS, MAGNETIC, RATES, STICKS, TIME};
-use hovernav_log::{Info, LogError, StatedFix, write_whole};
+use hovernav_log::{Contents, LogError, StatedFix, write_whole};
 use pyo3::prelude::*;
 use tempfile::TempDir;
 
@@ -176,8 +176,9 @@ impl PyLog {
 
     /// Sensors, rates, spans and gaps, as `hovernav info --json` prints them.
     #[getter]
-    fn info<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        from_json(py, &Info(&self.log.dataset).to_json().to_string())
+    fn info<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>> {
+        let json = serde_json::to_string(&Contents::of(&self.log.dataset));
+        Ok(from_json(py, &json.map_err(|error| Error::Array(error.to_string()))?)?)
     }
 
     /// Write the log as a dataset directory, which is created if necessary, with its reference if it has one.

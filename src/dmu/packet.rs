@@ -81,144 +81,93 @@ impl fmt::Display for PacketError {
 
 impl core::error::Error for PacketError {}
 
-/// A packet of angle mode, 30 bytes: attitude, rates, accelerations, magnetic field.
-///
-/// The axes are those of the inertial unit: x away from the connector, y along the connector's face from left to right,
-/// z down through the mounting plate. Level and at rest, the z acceleration is positive.
-///
-/// ```
-/// use hovernav::dmu::AnglePacket;
-/// let level = AnglePacket { acceleration: [0, 0, 0x1555], timer: 65_535, ..Default::default() };
-/// assert_eq!(AnglePacket::decode(&level.encode()), Ok(level));
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct AnglePacket {
+/// A form of packet: its name and length, and the triads of words before temperature and timer, in order.
+macro_rules! packet {
+    (
+        $(#[$about:meta])*
+        $Packet:ident, $length:literal, $word:ident, $($(#[$meaning:meta])* $triad:ident),*
+    ) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub struct $Packet {
+            $($(#[$meaning])* pub $triad: [$word; 3],)*
+            /// Sensor temperature, 12-bit converter counts.
+            pub temperature: u16,
+            /// The inertial unit's timer at the sample: it counts down, 0.79 µs a count, 65 536 counts a wrap.
+            pub timer: u16,
+        }
+
+        impl $Packet {
+            /// Length of the packet, bytes.
+            pub const LENGTH: usize = $length;
+
+            /// The packet at the start of `bytes`; later bytes are ignored.
+            ///
+            /// # Errors
+            /// [`PacketError`] with the first failed check; the header is checked first.
+            pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
+                let ([$($triad),*], [temperature, timer]) = words(bytes)?;
+                Ok(Self {
+                    $($triad: $triad.map($word::from_be_bytes),)*
+                    temperature: u16::from_be_bytes(temperature),
+                    timer: u16::from_be_bytes(timer),
+                })
+            }
+
+            /// The bytes of the packet, as the inertial unit sends them.
+            #[must_use]
+            pub fn encode(&self) -> [u8; Self::LENGTH] {
+                let triads = [$(self.$triad.map($word::to_be_bytes)),*];
+                frame(triads.as_flattened(), [self.temperature, self.timer].map(u16::to_be_bytes))
+            }
+        }
+    };
+}
+
+packet! {
+    /// A packet of angle mode, 30 bytes: attitude, rates, accelerations, magnetic field.
+    ///
+    /// The axes are those of the inertial unit: x away from the connector, y along the connector's face from left to
+    /// right, z down through the mounting plate. Level and at rest, the z acceleration is positive.
+    ///
+    /// ```
+    /// use hovernav::dmu::AnglePacket;
+    /// let level = AnglePacket { acceleration: [0, 0, 0x1555], timer: 65_535, ..Default::default() };
+    /// assert_eq!(AnglePacket::decode(&level.encode()), Ok(level));
+    /// ```
+    AnglePacket, 30, i16,
     /// Roll, pitch and magnetic heading, 180°/32768 a count.
-    pub attitude: [i16; 3],
+    attitude,
     /// Angular rates, 1.5 × rated range/32768 a count.
-    pub angular_rate: [i16; 3],
+    angular_rate,
     /// Accelerations, 1.5 × rated range/32768 a count.
-    pub acceleration: [i16; 3],
+    acceleration,
     /// Magnetic field, 1.875 gauss/32768 a count.
-    pub magnetic_field: [i16; 3],
-    /// Sensor temperature, 12-bit converter counts.
-    pub temperature: u16,
-    /// The inertial unit's timer at the sample: it counts down, 0.79 µs a count, 65 536 counts a wrap.
-    pub timer: u16,
+    magnetic_field
 }
 
-impl AnglePacket {
-    /// Length of the packet, bytes.
-    pub const LENGTH: usize = 30;
-
-    /// The packet at the start of `bytes`; later bytes are ignored.
-    ///
-    /// # Errors
-    /// [`PacketError`] with the first failed check; the header is checked first.
-    pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
-        let [roll, pitch, yaw, p, q, r, ax, ay, az, mx, my, mz, temperature, timer] = words(bytes)?;
-        Ok(Self {
-            attitude: signed([roll, pitch, yaw]),
-            angular_rate: signed([p, q, r]),
-            acceleration: signed([ax, ay, az]),
-            magnetic_field: signed([mx, my, mz]),
-            temperature,
-            timer,
-        })
-    }
-
-    /// The bytes of the packet, as the inertial unit sends them.
-    #[must_use]
-    pub fn encode(&self) -> [u8; Self::LENGTH] {
-        let words = [self.attitude, self.angular_rate, self.acceleration, self.magnetic_field];
-        frame(words.into_iter().flatten().map(i16::cast_unsigned), self.temperature, self.timer)
-    }
-}
-
-/// A packet of scaled mode, 24 bytes: [`AnglePacket`] without the attitude.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ScaledPacket {
+packet! {
+    /// A packet of scaled mode, 24 bytes: [`AnglePacket`] without the attitude.
+    ScaledPacket, 24, i16,
     /// Angular rates, 1.5 × rated range/32768 a count.
-    pub angular_rate: [i16; 3],
+    angular_rate,
     /// Accelerations, 1.5 × rated range/32768 a count.
-    pub acceleration: [i16; 3],
+    acceleration,
     /// Magnetic field, 1.875 gauss/32768 a count.
-    pub magnetic_field: [i16; 3],
-    /// Sensor temperature, 12-bit converter counts.
-    pub temperature: u16,
-    /// The inertial unit's timer at the sample: it counts down, 0.79 µs a count, 65 536 counts a wrap.
-    pub timer: u16,
+    magnetic_field
 }
 
-impl ScaledPacket {
-    /// Length of the packet, bytes.
-    pub const LENGTH: usize = 24;
-
-    /// The packet at the start of `bytes`; later bytes are ignored.
+packet! {
+    /// A packet of voltage mode, 24 bytes: the readings of the analogue-to-digital converters, 5 V/4096 a count.
     ///
-    /// # Errors
-    /// [`PacketError`] with the first failed check; the header is checked first.
-    pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
-        let [p, q, r, ax, ay, az, mx, my, mz, temperature, timer] = words(bytes)?;
-        Ok(Self {
-            angular_rate: signed([p, q, r]),
-            acceleration: signed([ax, ay, az]),
-            magnetic_field: signed([mx, my, mz]),
-            temperature,
-            timer,
-        })
-    }
-
-    /// The bytes of the packet, as the inertial unit sends them.
-    #[must_use]
-    pub fn encode(&self) -> [u8; Self::LENGTH] {
-        let words = [self.angular_rate, self.acceleration, self.magnetic_field];
-        frame(words.into_iter().flatten().map(i16::cast_unsigned), self.temperature, self.timer)
-    }
-}
-
-/// A packet of voltage mode, 24 bytes: the readings of the analogue-to-digital converters, 5 V/4096 a count.
-///
-/// The calibration sheet of each inertial unit gives the conversion from these volts to rates and accelerations.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct VoltagePacket {
+    /// The calibration sheet of each inertial unit gives the conversion from these volts to rates and accelerations.
+    VoltagePacket, 24, u16,
     /// Gyros, converter counts.
-    pub angular_rate: [u16; 3],
+    angular_rate,
     /// Accelerometers, converter counts.
-    pub acceleration: [u16; 3],
+    acceleration,
     /// Magnetometers, converter counts.
-    pub magnetic_field: [u16; 3],
-    /// Sensor temperature, converter counts.
-    pub temperature: u16,
-    /// The inertial unit's timer at the sample: it counts down, 0.79 µs a count, 65 536 counts a wrap.
-    pub timer: u16,
-}
-
-impl VoltagePacket {
-    /// Length of the packet, bytes.
-    pub const LENGTH: usize = 24;
-
-    /// The packet at the start of `bytes`; later bytes are ignored.
-    ///
-    /// # Errors
-    /// [`PacketError`] with the first failed check; the header is checked first.
-    pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
-        let [p, q, r, ax, ay, az, mx, my, mz, temperature, timer] = words(bytes)?;
-        Ok(Self {
-            angular_rate: [p, q, r],
-            acceleration: [ax, ay, az],
-            magnetic_field: [mx, my, mz],
-            temperature,
-            timer,
-        })
-    }
-
-    /// The bytes of the packet, as the inertial unit sends them.
-    #[must_use]
-    pub fn encode(&self) -> [u8; Self::LENGTH] {
-        let words = [self.angular_rate, self.acceleration, self.magnetic_field];
-        frame(words.into_iter().flatten(), self.temperature, self.timer)
-    }
+    magnetic_field
 }
 
 /// A packet of any mode.
@@ -267,9 +216,14 @@ impl Packet {
     }
 }
 
-/// The `WORDS` words of the frame at the start of `bytes`, after the check of header and checksum.
-fn words<const WORDS: usize>(bytes: &[u8]) -> Result<[u16; WORDS], PacketError> {
-    let expected = 2 * WORDS + 2;
+/// Bytes of a word, the most significant one first.
+type Word = [u8; 2];
+
+/// The triads and the last two words of the frame at the start of `bytes`, after the check of header and checksum.
+fn words<const TRIADS: usize>(
+    bytes: &[u8],
+) -> Result<([[Word; 3]; TRIADS], [Word; 2]), PacketError> {
+    let expected = 6 * TRIADS + 6;
     if let Some(&found) = bytes.first()
         && found != HEADER
     {
@@ -282,25 +236,18 @@ fn words<const WORDS: usize>(bytes: &[u8]) -> Result<[u16; WORDS], PacketError> 
     if sum != *checksum {
         return Err(PacketError::Checksum { expected: sum, found: *checksum });
     }
-    let mut words = [0; WORDS];
-    for (word, pair) in words.iter_mut().zip(payload.as_chunks().0) {
-        *word = u16::from_be_bytes(*pair);
-    }
-    Ok(words)
+    let (mut triads, mut last) = ([[[0; 2]; 3]; TRIADS], [[0; 2]; 2]);
+    let words = triads.as_flattened_mut().iter_mut().chain(&mut last);
+    words.zip(payload.as_chunks().0).for_each(|(word, found)| *word = *found);
+    Ok((triads, last))
 }
 
-/// The frame of a packet's sensor words, temperature and timer.
-fn frame<const LENGTH: usize>(
-    sensors: impl Iterator<Item = u16>,
-    temperature: u16,
-    timer: u16,
-) -> [u8; LENGTH] {
+/// The frame of a packet's words.
+fn frame<const LENGTH: usize>(triads: &[Word], last: [Word; 2]) -> [u8; LENGTH] {
     let mut bytes = [HEADER; LENGTH];
     if let [_, payload @ .., checksum] = bytes.as_mut_slice() {
-        let words = sensors.chain([temperature, timer]);
-        for (pair, word) in payload.as_chunks_mut().0.iter_mut().zip(words) {
-            *pair = word.to_be_bytes();
-        }
+        let words = triads.iter().chain(&last);
+        payload.as_chunks_mut().0.iter_mut().zip(words).for_each(|(to, word)| *to = *word);
         *checksum = sum(payload);
     }
     bytes
@@ -308,8 +255,4 @@ fn frame<const LENGTH: usize>(
 
 fn sum(payload: &[u8]) -> u8 {
     payload.iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
-}
-
-fn signed(words: [u16; 3]) -> [i16; 3] {
-    words.map(u16::cast_signed)
 }

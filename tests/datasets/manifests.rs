@@ -16,19 +16,14 @@ fn directory(files: &[(&str, &str)]) -> TempDir {
 
 #[test]
 fn a_configuration_overrides_key_by_key() {
-    let dir = directory(&[
-        (
-            "dataset.toml",
-            "name = 'a'\ndate = 2025-07-08\n[imu]\nlever_arm_m = [1, 2, 3]\nrate_hz = 50\n\
-             [filter.gate]\nsigmas = 5\nfault_s = 9\n",
-        ),
-        (
-            "config.toml",
-            "[imu]\nrate_hz = 60\ncolour = 'red'\n[filter.gate]\nsigmas = 6\n[solution]\npoint = 'imu'\n",
-        ),
-    ]);
+    let dir = directory(&[(
+        "dataset.toml",
+        "name = 'a'\ndate = 2025-07-08\n[imu]\nlever_arm_m = [1, 2, 3]\nrate_hz = 50\n\
+         [filter.gate]\nsigmas = 5\nfault_s = 9\n",
+    )]);
+    let config = "[imu]\nrate_hz = 60\ncolour = 'red'\n[filter.gate]\nsigmas = 6\n[solution]\npoint = 'imu'\n";
     let (manifest, _) = Manifest::read(&dir.path().join("dataset.toml")).unwrap();
-    let (merged, warnings) = manifest.merged_with(&dir.path().join("config.toml")).unwrap();
+    let (merged, warnings) = manifest.merged_with(config, "config.toml".as_ref()).unwrap();
     assert_eq!(warnings, ["config.toml: key imu.colour is not known and has no effect"]);
     assert_eq!(merged.name, "a");
     assert_eq!(merged.date.unwrap().to_string(), "2025-07-08");

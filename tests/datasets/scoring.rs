@@ -7,10 +7,9 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::time::Time;
-use hovernav_log::Truth;
 use hovernav_log::{
-    Axis, Dataset, LogError, Manifest, Reference, Score, Statistics, outage_drift, score,
-    write_solution,
+    Axis, Dataset, LogError, Manifest, Reference, Score, SolutionWriter, Statistics, Truth,
+    outage_drift, score,
 };
 use proptest::prelude::*;
 
@@ -35,7 +34,9 @@ fn attitude(roll_deg: f64, pitch_deg: f64, yaw_deg: f64) -> Rotation<Body, Ned> 
 fn written(solutions: &[Solution]) -> Result<String, LogError> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("solution.csv");
-    write_solution(&path, solutions, &[])?;
+    let mut file = SolutionWriter::new(&path, &[]);
+    solutions.iter().try_for_each(|solution| file.push(solution))?;
+    file.finish()?;
     Ok(std::fs::read_to_string(path).unwrap())
 }
 

@@ -64,6 +64,22 @@ fn info_is_one_json_object_for_programs() {
 }
 
 #[test]
+fn the_json_of_info_has_what_its_text_shows() {
+    let info: Value = serde_json::from_str(&succeeds(&["info", HELI, "--json"])).expect("JSON");
+    let shown = succeeds(&["info", HELI]);
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("a number: {info:#}"));
+    let lines = info["imu"]["lines"].as_array().expect("lines of vibration");
+    let first = format!("{:.2} Hz", number(&lines[0]["frequency_hz"]));
+    assert!(shown.contains(&first), "{first}\n{shown}");
+    let fastest = format!("fastest     {:.1} m/s", number(&info["gps"]["fastest_mps"]));
+    assert!(shown.contains(&fastest), "{fastest}\n{shown}");
+    assert_eq!(info["imu"]["magnetic_field"]["samples"], 0);
+    assert_eq!(info["gps"]["antenna_lever_arm_m"][0], -0.35);
+    assert_abs_diff_eq!(number(&info["gps"]["extent_m"][0][1]), 84.6, epsilon = 0.05);
+    assert!(info["missing"].is_array() && info["setup"].is_array() && info["findings"].is_array());
+}
+
+#[test]
 fn quiet_writes_files_and_no_words() {
     let out = place("quiet");
     let said = succeeds(&["-q", "estimate", HELI, "--no-report", "--out", text(&out)]);

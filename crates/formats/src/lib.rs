@@ -29,6 +29,8 @@ mod latency;
 mod log;
 mod onboard;
 mod open;
+#[cfg(any(feature = "dataflash", feature = "tlog", feature = "ulog"))]
+mod primitive;
 #[cfg(feature = "raw")]
 mod raw;
 mod recognise;

@@ -101,14 +101,14 @@ fn read(format: Format, input: Input<'_>, options: &Options) -> Result<Log, LogE
         #[cfg(feature = "ros2")]
         Format::Ros2 => crate::ros2::read(input.path, &[input], options),
         #[cfg(feature = "raw")]
-        Format::Raw => crate::raw::read(input, options),
+        Format::Raw => crate::raw::read(input),
         #[cfg(feature = "text")]
         Format::Text if input.bytes.is_some() => Err(LogError::Unusable {
             path: input.path.to_path_buf(),
             reason: "found text in columns in memory, expected a file".into(),
         }),
         #[cfg(feature = "text")]
-        Format::Text => crate::text::read(input.path, options),
+        Format::Text => crate::text::read(input.path),
         missing => Err(LogError::MissingFeature {
             path: PathBuf::from(input.path),
             format: missing.to_string(),

@@ -151,21 +151,15 @@ impl Apart {
         let parts = [("position", position), ("velocity", velocity)];
         let parts: Vec<String> =
             parts.into_iter().filter_map(|(name, by)| Some(format!("{name} {}", by?))).collect();
-        Finding {
-            start_s,
-            end_s,
-            sensor: Sensor::Filter,
-            kind: FindingKind::Contradicted,
-            severity: Severity::Error,
-            count,
-            harm: None,
-            words: format!(
-                "solution contradicted by the {} from {start_s:.1} to {end_s:.1} s: it differs in {}; one of the two is \
-                 wrong: compare both with the fixes, and read the findings of this span",
-                self.from,
-                parts.join(", in ")
-            ),
-        }
+        let words = format!(
+            "solution contradicted by the {} from {start_s:.1} to {end_s:.1} s: it differs in {}; one of the two is \
+             wrong: compare both with the fixes, and read the findings of this span",
+            self.from,
+            parts.join(", in ")
+        );
+        Finding::warning(Sensor::Filter, FindingKind::Contradicted, (start_s, end_s), words)
+            .severity(Severity::Error)
+            .of(count)
     }
 }
 

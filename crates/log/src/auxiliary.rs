@@ -7,7 +7,7 @@ use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::imu::{MAGNETIC, field_fault};
 use crate::remarks::Remarks;
-use crate::table::Table;
+use crate::table::{TIME, Table};
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
@@ -50,7 +50,8 @@ pub(crate) fn read_baro(
         (None, Some(pressure)) => (pressure, true),
         (None, None) => return Err(table.columns_missing("altitude_m or pressure_pa")),
     };
-    read_timed(table, BARO_FILE, column, steps, warnings, |[value]| match is_pressure {
+    let columns = Columns { needed: column, optional: [], without_use: &["temp_degc"] };
+    read_timed(table, BARO_FILE, columns, steps, warnings, |[value], []| match is_pressure {
         true => pressure_altitude_m(value).ok_or_else(|| pressure_fault(value)),
         false if value.abs() <= 1e5 => Ok(value),
         false => Err(OUT_OF_RANGE),
@@ -63,13 +64,14 @@ pub(crate) fn read_magnetometer(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<(Time, Vector<Body>)>, LogError> {
     let Some(mut table) = Table::open(dir, MAG_FILE)? else { return Ok(Vec::new()) };
-    let columns = table.require(MAGNETIC)?;
-    read_timed(table, MAG_FILE, columns, steps, warnings, |field| {
+    let needed = table.require(MAGNETIC)?;
+    let columns = Columns { needed, optional: [], without_use: &["temp_degc"] };
+    read_timed(table, MAG_FILE, columns, steps, warnings, |field, []| {
         field_fault(field).map_or_else(|| Ok(field.into()), Err)
     })
 }
 
-const OUT_OF_RANGE: &str = "rejected: a value is out of range";
+pub(crate) const OUT_OF_RANGE: &str = "rejected: a value is out of range";
 
 /// Reason to reject a pressure given in Pa, with its likely unit.
 fn pressure_fault(pressure_pa: f64) -> &'static str {
@@ -83,27 +85,40 @@ fn pressure_fault(pressure_pa: f64) -> &'static str {
     }
 }
 
-/// Reads the rows of `table`, in time order. `value` makes a value from the numbers of a row, or states the reason to
-/// reject the row. Rejected rows are counted by reason.
-fn read_timed<T, const N: usize>(
+/// Columns of an aid's table.
+pub(crate) struct Columns<const N: usize, const M: usize> {
+    /// Columns without which a row is skipped.
+    pub needed: [usize; N],
+    /// Columns that may be absent or have empty fields.
+    pub optional: [Option<[usize; 1]>; M],
+    /// Names of the columns that may be there without use.
+    pub without_use: &'static [&'static str],
+}
+
+/// Reads the rows of `table`, in time order. `value` makes a value from the needed and the optional numbers of a row, or
+/// states the reason to reject the row. Rejected rows are counted by reason.
+pub(crate) fn read_timed<T, const N: usize, const M: usize>(
     mut table: Table,
     file: &'static str,
-    columns: [usize; N],
+    columns: Columns<N, M>,
     steps: &mut ClockSteps,
     warnings: &mut Vec<String>,
-    value: impl Fn([f64; N]) -> Result<T, &'static str>,
+    value: impl Fn([f64; N], [Option<f64>; M]) -> Result<T, &'static str>,
 ) -> Result<Vec<(Time, T)>, LogError> {
     let mut remarks = Remarks::new(file);
-    let [time] = table.require(["t_s"])?;
-    table.remark_unused(&["temp_degc"], &mut remarks);
+    let [time] = table.require([TIME])?;
+    table.remark_unused(columns.without_use, &mut remarks);
     let mut rows = Rows::new();
     while let Some(row) = table.next(&mut remarks)? {
-        let time = row.time(time)?;
-        let Some((time, numbers)) = time.zip(row.finite(Some(columns))?) else {
+        let Some((time, numbers)) = row.time(time)?.zip(row.finite(Some(columns.needed))?) else {
             remarks.count("skipped: a value is missing", row.line);
             continue;
         };
-        match value(numbers) {
+        let mut others = [None; M];
+        for (other, column) in others.iter_mut().zip(columns.optional) {
+            *other = row.finite(column)?.map(|[value]| value);
+        }
+        match value(numbers, others) {
             Ok(value) => rows.push(row.line, (time, value)),
             Err(why) => remarks.count(why, row.line),
         }

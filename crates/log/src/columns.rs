@@ -5,9 +5,7 @@ use crate::gps::{POSITION, POSITION_SIGMA, SATELLITES, VELOCITY, VELOCITY_SIGMA}
 pub use crate::auxiliary::ALTITUDE;
 pub use crate::controls::STICKS;
 pub use crate::imu::{ATTITUDE, INCREMENTS, MAGNETIC, RATES};
-
-/// Time, s, the first column of every table.
-pub const TIME: &str = "t_s";
+pub use crate::table::TIME;
 
 /// Columns of `gps.csv`, in order.
 pub const GPS: [&str; 14] = [

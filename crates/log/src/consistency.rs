@@ -8,7 +8,7 @@
 //! Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and Navigation*, section
 //! 5.4 (the test and its time average).
 
-use hovernav::ekf::{Channel, Innovation, Notice, Verdict};
+use hovernav::ekf::{Channel, Innovation, Verdict};
 use hovernav::time::Time;
 
 use crate::level::Level;
@@ -127,11 +127,7 @@ const WHEELS: [Channel; 2] = [Channel::WheelsRight, Channel::WheelsDown];
 /// The result of each scalar update of a run, in the filter's order.
 #[must_use]
 pub fn innovations(run: &Run) -> Vec<Innovation> {
-    let reports = run.notices.iter().filter_map(|notice| match notice {
-        Notice::Updated(report) => Some(report),
-        _ => None,
-    });
-    reports.flat_map(|report| report.innovations().copied()).collect()
+    run.reports().flat_map(|report| report.innovations().copied()).collect()
 }
 
 /// Channels that are tested together, with their name.

@@ -7,7 +7,7 @@ use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::ordered::{self, Gathered, TimedRows};
 use crate::remarks::Remarks;
-use crate::table::Table;
+use crate::table::{TIME, Table};
 use hovernav::controls::Sticks;
 use hovernav::time::Time;
 
@@ -163,7 +163,7 @@ impl ControlRows {
     fn open(dir: &Path, largest: f64) -> Result<Option<Self>, LogError> {
         let Some(mut table) = Table::open(dir, FILE)? else { return Ok(None) };
         let (sticks, injected) = (table.require(STICKS)?, table.find(INJECTED));
-        let [time] = table.require(["t_s"])?;
+        let [time] = table.require([TIME])?;
         let mut remarks = Remarks::new(FILE);
         table.remark_unused(&["temp_degc"], &mut remarks);
         Ok(Some(Self { table, time, sticks, injected, remarks, largest, beyond: 0, furthest: 0.0 }))

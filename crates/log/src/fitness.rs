@@ -82,7 +82,7 @@ impl Dataset {
     }
 
     /// [Ignores](Self::ignore) the source of heading without which the fixes become consistent with a `run`, if there
-    /// is one: see [`denied_aid`]. If the result is not empty, the log must be estimated again.
+    /// is one. If the result is not empty, the log must be estimated again.
     pub fn ignore_inconsistent(
         &mut self,
         config: &EstimatorConfig,

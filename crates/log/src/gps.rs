@@ -6,7 +6,7 @@ use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::fix_gate::{Dimensions, FixGate, StatedFix};
 use crate::remarks::Remarks;
-use crate::table::{Row, Table};
+use crate::table::{Row, TIME, Table};
 use hovernav::gps::Fix;
 
 pub(crate) const FILE: &str = "gps.csv";
@@ -57,7 +57,7 @@ struct Columns {
 impl Columns {
     fn of(table: &mut Table) -> Result<Self, LogError> {
         let [time, lat, lon, height] =
-            table.require(["t_s", POSITION[0], POSITION[1], POSITION[2]])?;
+            table.require([TIME, POSITION[0], POSITION[1], POSITION[2]])?;
         let mut sigma = |per_axis: [&str; 3], grouped: [&str; 2]| {
             let grouped = table.find(grouped).map(|[h, v]| [h, h, v]);
             [table.find(per_axis), grouped]

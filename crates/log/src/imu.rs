@@ -9,7 +9,7 @@ use crate::error::LogError;
 use crate::ordered::TimedRows;
 use crate::records::Place;
 use crate::remarks::Remarks;
-use crate::table::{Row, Table};
+use crate::table::{Row, TIME, Table};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
@@ -162,7 +162,7 @@ struct Columns {
 
 impl Columns {
     fn of(table: &mut Table, reading: Reading, remarks: &mut Remarks) -> Result<Self, LogError> {
-        let [time] = table.require(["t_s"])?;
+        let [time] = table.require([TIME])?;
         let (motion, are_rates) = match (table.find(RATES), table.find(INCREMENTS)) {
             (Some(rates), increments) => {
                 if increments.is_some() {

@@ -8,7 +8,7 @@ use hovernav::ins::LeverArm;
 use hovernav::time::Time;
 
 use crate::dataset::Dataset;
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use crate::finding::{Finding, FindingKind, Sensor};
 use crate::replay::Run;
 use crate::series::within;
 use crate::statistics::quantile;
@@ -40,21 +40,14 @@ impl Inconsistent {
 
     pub fn finding(&self) -> Finding {
         let (start_s, end_s) = (self.start.seconds(), self.end.seconds());
-        Finding {
-            start_s,
-            end_s,
-            sensor: Sensor::Filter,
-            kind: FindingKind::SmoothingDenied,
-            severity: Severity::Warning,
-            harm: None,
-            count: self.fixes,
-            words: format!(
-                "smoothing rejected from {start_s:.1} to {end_s:.1} s: the velocities of the fixes are off the \
-                 smoothed path by {:.1} one-sigmas; either they are wrong, or the filter had diverged and was reset; \
-                 the filter's own solution is used there",
-                self.sigmas
-            ),
-        }
+        let words = format!(
+            "smoothing rejected from {start_s:.1} to {end_s:.1} s: the velocities of the fixes are off the smoothed \
+             path by {:.1} one-sigmas; either they are wrong, or the filter had diverged and was reset; the filter's \
+             own solution is used there",
+            self.sigmas
+        );
+        Finding::warning(Sensor::Filter, FindingKind::SmoothingDenied, (start_s, end_s), words)
+            .of(self.fixes)
     }
 }
 

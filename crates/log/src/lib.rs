@@ -12,6 +12,7 @@ mod clock_steps;
 pub mod columns;
 mod comparisons;
 pub mod consistency;
+mod contents;
 mod controls;
 mod csv_writer;
 mod dataset;
@@ -25,8 +26,6 @@ mod fix_gate;
 mod gps;
 mod imu;
 mod inconsistent;
-mod info;
-mod info_json;
 mod kept;
 mod level;
 mod lever_arm;
@@ -36,7 +35,7 @@ mod manifest;
 mod number;
 mod open;
 mod ordered;
-mod overview;
+mod paragraph;
 mod plausibility;
 mod possible_motion;
 mod rates;
@@ -74,6 +73,7 @@ pub use clock::Rows;
 pub use clock_steps::ClockSteps;
 pub use comparisons::{ChannelTally, FixTally};
 pub use consistency::innovations;
+pub use contents::{Contents, GapContents, GpsContents, ImuContents, SensorContents, Share};
 pub use controls::ControlFile;
 pub use dataset::{Dataset, Source};
 pub use error::LogError;
@@ -81,14 +81,14 @@ pub use events::Events;
 pub use finding::{Finding, FindingKind, Harm, Sensor, SetupFinding, Severity, sentences};
 pub use fix_gate::{Dimensions, FixGate, HIGHEST_LATITUDE_DEG, StatedFix, is_unknown};
 pub use imu::{field_fault, motion_fault, remark_faults};
-pub use info::{Info, paragraph};
 pub use kept::{Keep, thin};
 pub use level::Level;
 pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionPoint,
     SolutionSection,
 };
-pub use plausibility::{alternative, denied_aid};
+pub use paragraph::paragraph;
+pub use plausibility::alternative;
 pub use reference::{Reference, ReferenceMoment};
 pub use relative::{RelativeError, RelativePoint, relative_error};
 pub use remarks::Remarks;
@@ -101,11 +101,9 @@ pub use score::{
 };
 pub use settings::Declination;
 pub use smoothing::SmoothedRun;
-pub use solution::{
-    COLUMNS as SOLUTION_COLUMNS, ExtraColumns, SolutionWriter, solution_row, write_solution,
-};
+pub use solution::{COLUMNS as SOLUTION_COLUMNS, ExtraColumns, SolutionWriter, solution_row};
 pub use statistics::median_interval_s;
-pub use survey::{GpsSurvey, ImuSurvey, SensorSurvey, Survey};
+pub use survey::Survey;
 pub use trajectory::{Alignment, LocalAxes, Trajectory};
 pub use truth::Truth;
 pub use verdict::Verdict;

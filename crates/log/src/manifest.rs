@@ -290,24 +290,12 @@ impl Manifest {
         Ok((manifest, unknown.into_iter().map(warning).collect()))
     }
 
-    /// This manifest with the keys that the file `config`, of the same form, sets; and warnings on unknown keys of that
-    /// file.
-    ///
-    /// # Errors
-    /// As [`Manifest::read`].
-    pub fn merged_with(&self, config: &Path) -> Result<(Self, Vec<String>), LogError> {
-        self.merged_with_text(&hovernav_toml::read_text(config)?, config)
-    }
-
-    /// [`merged_with`](Self::merged_with) for the `text` of a settings file; `config` names the file in messages.
+    /// This manifest with the keys that `text` sets, the text of a file of the same form; and warnings on its unknown
+    /// keys. `config` names the file in messages.
     ///
     /// # Errors
     /// As [`Manifest::parse`].
-    pub fn merged_with_text(
-        &self,
-        text: &str,
-        config: &Path,
-    ) -> Result<(Self, Vec<String>), LogError> {
+    pub fn merged_with(&self, text: &str, config: &Path) -> Result<(Self, Vec<String>), LogError> {
         let (_, warnings) = Self::parse(text, config)?;
         let rejected = |reason: &str| TomlError::at(config, "", 0, reason);
         let manifest = hovernav_toml::overlaid(self, hovernav_toml::parse_table(text, config)?)

@@ -5,13 +5,12 @@ use std::path::Path;
 use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::fix_gate::FASTEST_MPS;
-use crate::gps::{POSITION, VELOCITY};
-use crate::imu::ATTITUDE;
 use crate::manifest::Manifest;
 use crate::ordered::{self, Gathered, TimedRows};
-use crate::possible_motion::ensure_motion;
+use crate::possible_motion::MotionColumns;
 use crate::remarks::Remarks;
 use crate::series::{Series, SeriesAt};
+use crate::solution;
 use crate::table::Table;
 use crate::trajectory::Trajectory;
 use hovernav::earth::Geodetic;
@@ -20,24 +19,8 @@ use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::time::Time;
 
 pub(crate) const FILE: &str = "reference.csv";
-pub(crate) const COLUMNS: [&str; 16] = [
-    "t_s",
-    POSITION[0],
-    POSITION[1],
-    POSITION[2],
-    VELOCITY[0],
-    VELOCITY[1],
-    VELOCITY[2],
-    ATTITUDE[0],
-    ATTITUDE[1],
-    ATTITUDE[2],
-    "u_mps",
-    "v_mps",
-    "w_mps",
-    "p_radps",
-    "q_radps",
-    "r_radps",
-];
+/// The first columns of `solution.csv`.
+pub(crate) const COLUMNS: &[&str] = solution::COLUMNS.split_at(16).0;
 
 /// The motion that a solution is scored against, in time order, each quantity with its own times.
 #[derive(Clone, Debug)]
@@ -181,8 +164,7 @@ impl Reference {
 /// Reader of the rows of `reference.csv`: each has the twelve quantities after its time, NaN for unknown ones.
 struct ReferenceRows {
     table: Table,
-    time: usize,
-    columns: Vec<Option<usize>>,
+    columns: MotionColumns<12>,
     remarks: Remarks,
 }
 
@@ -190,12 +172,10 @@ impl ReferenceRows {
     /// Opens `reference.csv` of `dir`; `None` without such a file.
     fn open(dir: &Path) -> Result<Option<Self>, LogError> {
         let Some(mut table) = Table::open(dir, FILE)? else { return Ok(None) };
-        let [time] = table.require(["t_s"])?;
-        let columns: Vec<Option<usize>> =
-            COLUMNS[1..13].iter().map(|name| table.find([name]).map(|[column]| column)).collect();
+        let columns = MotionColumns::find(&mut table)?;
         let mut remarks = Remarks::new(FILE);
-        table.remark_unused(&COLUMNS, &mut remarks);
-        Ok(Some(Self { table, time, columns, remarks }))
+        table.remark_unused(COLUMNS, &mut remarks);
+        Ok(Some(Self { table, columns, remarks }))
     }
 }
 
@@ -204,21 +184,9 @@ impl TimedRows for ReferenceRows {
 
     fn next(&mut self) -> Result<Option<(u64, Self::Row)>, LogError> {
         while let Some(row) = self.table.next(&mut self.remarks)? {
-            let Some(time) = row.time(self.time)? else {
-                self.remarks.count("skipped: no time", row.line);
-                continue;
-            };
-            let mut values = [f64::NAN; 12];
-            for (value, column) in values.iter_mut().zip(&self.columns) {
-                if let Some(column) = *column {
-                    *value = row.number(column)?;
-                }
+            if let Some(moment) = self.columns.read(&row, FASTEST_MPS, &mut self.remarks)? {
+                return Ok(Some((row.line, moment)));
             }
-            if let Err(why) = ensure_motion(&mut values, FASTEST_MPS, row.line, &mut self.remarks) {
-                self.remarks.count(why, row.line);
-                continue;
-            }
-            return Ok(Some((row.line, (time, values))));
         }
         Ok(None)
     }

@@ -9,7 +9,7 @@ use crate::comparisons::{ChannelTally, FixTally, Thinning, routine};
 use crate::dataset::{Dataset, Source};
 use crate::kept::{Keep, Kept};
 use hovernav::ekf::layout::{Full, Layout as _};
-use hovernav::ekf::{Aid, Ekf, Estimator, EstimatorConfig, FullEkf, Notice, Solution};
+use hovernav::ekf::{Aid, Ekf, Estimator, EstimatorConfig, FullEkf, Notice, Report, Solution};
 use hovernav::event::Event;
 use hovernav::time::Time;
 
@@ -97,6 +97,14 @@ impl UnusedReadings {
 }
 
 impl Run {
+    /// The measurements that were compared with the filter, in order, except thinned ones.
+    pub fn reports(&self) -> impl Iterator<Item = &Report> {
+        self.notices.iter().filter_map(|notice| match notice {
+            Notice::Updated(report) => Some(report),
+            _ => None,
+        })
+    }
+
     pub(crate) fn learned_by(&mut self, filter: Option<&FullEkf>) {
         self.gps_offset = filter.map(gps_offset);
         let excess = filter.map_or(1.0, FullEkf::noise_excess);

@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::axes::Reading;
-use crate::clock::Order;
+use crate::clock::{Gaps, Order};
 use crate::clock_steps::ClockSteps;
 use crate::error::LogError;
 use crate::imu::{Faults, ImuRows};
 use crate::ordered::{self, Gathered, Passing, TimedRows as _};
-use crate::overview::Overview;
 use crate::records::Place;
 use crate::table::rows_of;
 use hovernav::imu::ImuSample;
@@ -31,6 +30,25 @@ struct Shared {
     overview: Overview,
     /// First error of a later pass.
     failure: Mutex<Option<LogError>>,
+}
+
+/// Statistics of the samples.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Overview {
+    pub count: usize,
+    pub first: Option<ImuSample>,
+    pub with_magnetic_field: usize,
+    /// Time of the last sample, intervals between samples, and gaps.
+    pub gaps: Gaps,
+}
+
+impl Overview {
+    pub fn push(&mut self, sample: &ImuSample) {
+        self.count += 1;
+        self.first.get_or_insert(*sample);
+        self.gaps.push(sample.time);
+        self.with_magnetic_field += usize::from(sample.magnetic_field_gauss.is_some());
+    }
 }
 
 /// The samples of an `imu.csv`, in memory if they are few.

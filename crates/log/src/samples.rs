@@ -5,8 +5,7 @@ use std::slice;
 
 use crate::dataset::Dataset;
 use crate::error::LogError;
-use crate::overview::Overview;
-use crate::sample_file::FromFile;
+use crate::sample_file::{FromFile, Overview};
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 

@@ -44,7 +44,7 @@ impl Dataset {
     /// Overrides keys of the manifest by those of the file `config`, and shifts the fixes if their latency changes.
     ///
     /// # Errors
-    /// As [`Manifest::merged_with`].
+    /// As [`Manifest::merged_with`], and for a file that cannot be read.
     pub fn configure(&mut self, config: &Path) -> Result<(), LogError> {
         self.configure_with(&hovernav_toml::read_text(config)?, config)
     }
@@ -52,9 +52,9 @@ impl Dataset {
     /// [`configure`](Self::configure) with the `text` of a settings file; `config` names it in messages.
     ///
     /// # Errors
-    /// As [`Manifest::merged_with_text`].
+    /// As [`Manifest::merged_with`].
     pub fn configure_with(&mut self, text: &str, config: &Path) -> Result<(), LogError> {
-        let (manifest, warnings) = self.manifest.merged_with_text(text, config)?;
+        let (manifest, warnings) = self.manifest.merged_with(text, config)?;
         self.warnings.extend(warnings);
         let (before_s, after_s) = (self.manifest.gps.latency_s, manifest.gps.latency_s);
         for fix in &mut self.fixes {

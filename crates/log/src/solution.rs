@@ -192,17 +192,3 @@ impl SolutionWriter {
         self.csv.finish()
     }
 }
-
-/// Writes `solutions` to the file `path`, one row each, in the form of [`SolutionWriter`].
-///
-/// # Errors
-/// Errors of [`SolutionWriter::push`], in which case nothing is written, and of [`SolutionWriter::finish`].
-pub fn write_solution(
-    path: &Path,
-    solutions: &[Solution],
-    extra: &[ExtraColumns],
-) -> Result<(), LogError> {
-    let mut file = SolutionWriter::new(path, extra);
-    solutions.iter().try_for_each(|solution| file.push(solution))?;
-    file.finish()
-}

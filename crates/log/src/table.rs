@@ -14,6 +14,9 @@ use crate::remarks::Remarks;
 use hovernav::time::Time;
 use hovernav_toml::open_file;
 
+/// Time, s, the first column of every table.
+pub const TIME: &str = "t_s";
+
 /// Largest size of a table, bytes; larger ones are rejected. Twice the size of ten hours at 400 Hz.
 pub(crate) const LARGEST_BYTES: u64 = 4 << 30;
 

@@ -71,16 +71,7 @@ mod tests {
     use crate::finding::{FindingKind, Harm, Sensor};
 
     fn finding(kind: FindingKind, severity: Severity, length_s: f64, words: &str) -> Finding {
-        Finding {
-            start_s: 1.0,
-            end_s: 1.0 + length_s,
-            sensor: Sensor::Gps,
-            kind,
-            severity,
-            count: 1,
-            harm: None,
-            words: words.into(),
-        }
+        Finding::warning(Sensor::Gps, kind, (1.0, 1.0 + length_s), words).severity(severity)
     }
 
     fn harm(one_sigmas: Option<f64>, growth: f64) -> Option<Harm> {

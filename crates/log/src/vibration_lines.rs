@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-use crate::rates::Rates;
+use crate::rates::{AXES, Rates};
 use crate::statistics::quantile;
 
 /// A line in the vibration spectrum.
@@ -20,8 +20,6 @@ pub struct VibrationLine {
     pub unit: &'static str,
 }
 
-const AXES: [&str; 6] =
-    ["gyro x", "gyro y", "gyro z", "accelerometer x", "accelerometer y", "accelerometer z"];
 /// Number of samples in a segment of the spectrum.
 const LENGTH: usize = 256;
 /// Largest number of segments of the spectrum.
@@ -57,8 +55,7 @@ pub(crate) fn vibration_lines(rates: &[Rates]) -> Vec<VibrationLine> {
         (0..LENGTH).map(|k| (TAU * k as f64 / LENGTH as f64).sin_cos()).collect();
     let mut found: [Vec<VibrationLine>; 2] = Default::default();
     for (axis, name) in AXES.into_iter().enumerate() {
-        let of = |at: &Rates| if axis < 3 { at.turn_radps[axis] } else { at.force_mps2[axis - 3] };
-        let power = power(&segments, of, &waves);
+        let power = power(&segments, |at| at.six()[axis], &waves);
         let slowest = (SLOWEST_HZ * interval_s * LENGTH as f64).ceil() as usize;
         for bin in slowest.max(2)..power.len().saturating_sub(2) {
             let is_top = (bin - 2..=bin + 2).all(|other| power[other] <= power[bin]);

@@ -8,6 +8,7 @@ use crate::csv_writer::CsvWriter;
 use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::manifest::MANIFEST_FILE;
+use crate::table::TIME;
 use crate::{auxiliary, controls, gps, imu, reference};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{EulerAngles, Vector};
@@ -47,7 +48,7 @@ impl Dataset {
         let has_attitude = self.samples().any(|sample| sample.attitude.is_some());
         let has_magnetic = self.has_magnetic_samples();
         let has_marks = self.samples().any(|sample| sample.clipped.any());
-        let mut columns = vec!["t_s"];
+        let mut columns = vec![TIME];
         columns.extend(if are_rates { imu::RATES } else { imu::INCREMENTS });
         columns.extend(imu::ATTITUDE.iter().filter(|_| has_attitude));
         columns.extend(imu::MAGNETIC.iter().filter(|_| has_magnetic));
@@ -93,7 +94,7 @@ impl Dataset {
     }
 
     fn write_fixes(&self, dir: &Path) -> Result<(), LogError> {
-        let mut columns = vec!["t_s"];
+        let mut columns = vec![TIME];
         columns.extend(gps::POSITION);
         columns.extend(gps::VELOCITY);
         columns.extend(gps::POSITION_SIGMA);
@@ -116,7 +117,7 @@ impl Dataset {
     }
 
     fn write_baro(&self, dir: &Path) -> Result<(), LogError> {
-        let columns = ["t_s", auxiliary::ALTITUDE];
+        let columns = [TIME, auxiliary::ALTITUDE];
         write_table(dir, auxiliary::BARO_FILE, &columns, &self.baro, |csv, (time, altitude_m)| {
             csv.time(*time);
             csv.shortest_or_empty(Some([*altitude_m]))
@@ -124,7 +125,7 @@ impl Dataset {
     }
 
     fn write_magnetometer(&self, dir: &Path) -> Result<(), LogError> {
-        let mut columns = vec!["t_s"];
+        let mut columns = vec![TIME];
         columns.extend(imu::MAGNETIC);
         write_table(dir, auxiliary::MAG_FILE, &columns, &self.magnetometer, |csv, (time, field)| {
             csv.time(*time);
@@ -138,7 +139,7 @@ impl Dataset {
             Some(whole) => (&whole.sticks, &whole.injected),
             None => (&self.controls, &self.injected),
         };
-        let mut columns = vec!["t_s"];
+        let mut columns = vec![TIME];
         columns.extend(controls::STICKS);
         if injected.len() != sticks.len() || sticks.is_empty() {
             return write_table(dir, controls::FILE, &columns, sticks, |csv, (time, sticks)| {
@@ -157,7 +158,7 @@ impl Dataset {
 }
 
 fn write_reference(dir: &Path, samples: &[Truth]) -> Result<(), LogError> {
-    write_table(dir, reference::FILE, &reference::COLUMNS, samples, |csv, sample| {
+    write_table(dir, reference::FILE, reference::COLUMNS, samples, |csv, sample| {
         let Truth { time, position, velocity_mps, body_to_ned, angular_rate_radps } = *sample;
         csv.time(time);
         csv.shortest_or_empty(Some(position_fields(&position)))?;

@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::entry::{Level, Part, ShortText};
 use hovernav::dmu::LinkFault;
-use hovernav::ekf::{Aid, Channel, Innovation, Notice, Report, ResetCause, Verdict};
+use hovernav::ekf::{Aid, Channel, Innovation, Notice, ResetCause, Verdict};
 use hovernav::gps::quality::Failures;
 use hovernav::ins::HeadingSource;
 use hovernav::sensors::SensorOutput;
@@ -39,23 +39,23 @@ impl Happening {
                     "the filter had diverged from its sensors and was reset to them: {}",
                     Beyond::of(report.innovations(), Verdict::Reopened)
                 );
-                (time_of(report), warning, "filter_reopened", ShortText::new(text))
+                (report.time(), warning, "filter_reopened", ShortText::new(text))
             }
             Notice::Updated(report) if report.contradicts_itself() => {
                 let text = format_args!("contradicts itself: rejected until consistent again");
-                (time_of(report), warning, "contradicts_itself", ShortText::new(text))
+                (report.time(), warning, "contradicts_itself", ShortText::new(text))
             }
             Notice::Updated(report) if report.any_rejected() => {
                 let beyond = Beyond::of(report.innovations(), Verdict::Rejected);
                 let text = ShortText::new(format_args!("rejected by the filter: {beyond}"));
-                (time_of(report), warning, "innovation_rejected", text)
+                (report.time(), warning, "innovation_rejected", text)
             }
             Notice::Updated(report) if report.position_drift_m().is_some() => {
                 let position_drift_m = report.position_drift_m().unwrap_or_default();
                 let text = format_args!(
                     "position drifted from the receiver's own velocity by {position_drift_m:.0} m: one-sigma enlarged"
                 );
-                (time_of(report), warning, "place_walks", ShortText::new(text))
+                (report.time(), warning, "place_walks", ShortText::new(text))
             }
             Notice::Aligned(alignment) => {
                 let rest = if alignment.at_rest { "at rest" } else { "in motion" };
@@ -216,10 +216,6 @@ const fn dmu_lost_level(fault: LinkFault) -> Level {
         LinkFault::Startup(_) => Level::Error,
         LinkFault::NoData | LinkFault::Garbled => Level::Critical,
     }
-}
-
-fn time_of(report: &Report) -> Option<Time> {
-    report.innovations().next().map(|one| one.time)
 }
 
 /// Source of a heading, in words.

@@ -4,6 +4,7 @@ use core::error::Error;
 use core::fmt;
 
 use super::super::innovation::{Innovation, Verdict};
+use crate::time::Time;
 
 /// The outcome for the axes of one measurement, in the order in which they were fused.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,6 +21,12 @@ impl Report {
     /// uncorrelated, and their normalised squares add up to that of the fix.
     pub fn innovations(&self) -> impl Iterator<Item = &Innovation> {
         self.axes.iter().flatten()
+    }
+
+    /// Time of validity of the measurement; `None` without innovations.
+    #[must_use]
+    pub fn time(&self) -> Option<Time> {
+        self.innovations().next().map(|axis| axis.time)
     }
 
     /// Whether any axis corrected the state.

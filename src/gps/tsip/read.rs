@@ -5,6 +5,7 @@ use super::report::{
     PositionXyz, Report, SatelliteIssue, SatelliteSelection, Superpacket, Tracking, VelocityEnu,
     VelocityXyz, Version, velocity_step_mps,
 };
+use crate::buffer::Bytes;
 use crate::frames::Vector;
 
 /// Reason why a packet is not a report.
@@ -39,7 +40,7 @@ impl Report {
     }
 
     fn parse(id: u8, payload: &[u8]) -> Option<Self> {
-        let mut data = Reader(payload);
+        let mut data: Reader<'_> = Bytes(payload);
         Some(match (id, payload.len()) {
             (0x41, 10) => Self::GpsTime(GpsTime {
                 time_of_week_s: data.f32()?,
@@ -136,44 +137,10 @@ impl Report {
     }
 }
 
-/// Big-endian values from the front of a payload.
-struct Reader<'a>(&'a [u8]);
+/// Values from the front of a payload, big-endian.
+type Reader<'a> = Bytes<'a, true>;
 
 impl Reader<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (head, rest) = self.0.split_first_chunk()?;
-        self.0 = rest;
-        Some(*head)
-    }
-
-    fn u8(&mut self) -> Option<u8> {
-        self.take().map(u8::from_be_bytes)
-    }
-
-    fn u16(&mut self) -> Option<u16> {
-        self.take().map(u16::from_be_bytes)
-    }
-
-    fn i16(&mut self) -> Option<i16> {
-        self.take().map(i16::from_be_bytes)
-    }
-
-    fn u32(&mut self) -> Option<u32> {
-        self.take().map(u32::from_be_bytes)
-    }
-
-    fn i32(&mut self) -> Option<i32> {
-        self.take().map(i32::from_be_bytes)
-    }
-
-    fn f32(&mut self) -> Option<f32> {
-        self.take().map(f32::from_be_bytes)
-    }
-
-    fn f64(&mut self) -> Option<f64> {
-        self.take().map(f64::from_be_bytes)
-    }
-
     fn satellite_selection(&mut self) -> Option<SatelliteSelection> {
         let first = self.u8()?;
         let dilution = [self.f32()?, self.f32()?, self.f32()?, self.f32()?];

@@ -5,6 +5,7 @@
 //! section 32.
 
 use super::Acknowledgement;
+use crate::buffer::Bytes;
 use crate::frames::{Ecef, Vector};
 use crate::gps::{DilutionOfPrecision, Dimension};
 
@@ -151,7 +152,7 @@ pub(super) enum Report {
 impl Report {
     /// Reads a message; `None` if it is unknown or too short.
     pub fn read(class: u8, id: u8, payload: &[u8]) -> Option<Self> {
-        let mut data = Reader(payload);
+        let mut data: Reader<'_> = Bytes(payload);
         if class == 0x05 {
             let (class, answered) = (data.u8()?, data.u8()?);
             return Some(Self::Answer(Acknowledgement { class, id: answered, accepted: id == 1 }));
@@ -176,36 +177,10 @@ pub(super) fn known_dilution(value: f64) -> Option<f64> {
     Some(value).filter(|value| *value > 0.0 && *value < 99.9)
 }
 
-/// Little-endian values from the front of a payload.
-struct Reader<'a>(&'a [u8]);
+/// Values from the front of a payload, little-endian.
+type Reader<'a> = Bytes<'a, false>;
 
 impl Reader<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (head, rest) = self.0.split_first_chunk()?;
-        self.0 = rest;
-        Some(*head)
-    }
-
-    fn u8(&mut self) -> Option<u8> {
-        self.take().map(u8::from_le_bytes)
-    }
-
-    fn u16(&mut self) -> Option<u16> {
-        self.take().map(u16::from_le_bytes)
-    }
-
-    fn i16(&mut self) -> Option<i16> {
-        self.take().map(i16::from_le_bytes)
-    }
-
-    fn u32(&mut self) -> Option<u32> {
-        self.take().map(u32::from_le_bytes)
-    }
-
-    fn i32(&mut self) -> Option<i32> {
-        self.take().map(i32::from_le_bytes)
-    }
-
     /// A signed number in steps of `step`.
     fn signed(&mut self, step: f64) -> Option<f64> {
         self.i32().map(|steps| f64::from(steps) * step)

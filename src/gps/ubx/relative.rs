@@ -3,6 +3,7 @@
 //! # Source
 //! u-blox, *F9 HPG 1.32 Interface Description*, UBX-22008968, section 3.15.14 (version 1 of the message).
 
+use crate::buffer::Bytes;
 use crate::frames::wrap_angle;
 use crate::gps::{AntennaHeading, ReceiverHeading};
 use crate::time::Time;
@@ -18,8 +19,8 @@ const FIXED: u32 = 1 | 1 << 2 | 2 << 3 | 1 << 8;
 /// Reads a message. The heading is `None` if the receiver marks it as invalid, or its ambiguities are not resolved. The
 /// result is `None` for a message that is too short or has another version.
 pub(super) fn read(payload: &[u8], arrival: Time) -> Option<Option<ReceiverHeading>> {
-    let i32_at = |at: usize| payload.get(at..)?.first_chunk().map(|b| i32::from_le_bytes(*b));
-    let u32_at = |at: usize| payload.get(at..)?.first_chunk().map(|b| u32::from_le_bytes(*b));
+    let i32_at = |offset: usize| Bytes::<false>(payload.get(offset..)?).i32();
+    let u32_at = |offset: usize| Bytes::<false>(payload.get(offset..)?).u32();
     let (version, flags) = (*payload.first()?, u32_at(60)?);
     if version != 1 {
         return None;

@@ -39,6 +39,8 @@ const MILLI: f64 = 1e-3;
 const MICRO: f64 = 1e-6;
 /// Factor for a field in hovernav's unit.
 const ONE: f64 = 1.0;
+/// Times: that of [`Message::Time`], and the alternatives of all others.
+static TIMES: [(&str, f64); 3] = [("StartTime", MICRO), ("TimeUS", MICRO), ("TimeMS", MILLI)];
 
 impl Message {
     /// Number of columns, at least those of the widest message.
@@ -143,15 +145,16 @@ impl Message {
         }
     }
 
-    /// The fields that are read, in the order that [`super::rows`] expects. Each has a factor to seconds, metres or
-    /// gauss, for logs that do not state one.
-    ///
-    /// The first fields are alternative times.
-    pub const fn columns(self) -> &'static [(&'static str, f64)] {
+    /// The fields that are read, in the order that [`super::rows`] expects: the alternative times first. Each has a
+    /// factor to seconds, metres or gauss, for logs that do not state one.
+    pub fn columns(self) -> impl Iterator<Item = &'static (&'static str, f64)> {
+        let times = if self == Self::Time { &TIMES[..1] } else { &TIMES[1..] };
+        times.iter().chain(self.readings())
+    }
+
+    const fn readings(self) -> &'static [(&'static str, f64)] {
         match self {
             Self::Imu => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
                 ("GyrX", ONE),
                 ("GyrY", ONE),
                 ("GyrZ", ONE),
@@ -168,8 +171,6 @@ impl Message {
                 ("AH", ONE),
             ],
             Self::Imt => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
                 ("DelAX", ONE),
                 ("DelAY", ONE),
                 ("DelAZ", ONE),
@@ -180,8 +181,6 @@ impl Message {
                 ("DelvT", ONE),
             ],
             Self::Gps => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
                 ("T", MILLI),
                 ("Status", ONE),
                 ("FixType", ONE),
@@ -202,78 +201,25 @@ impl Message {
                 ("EPV", ONE),
                 ("Yaw", ONE),
             ],
-            Self::GpsAccuracy => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
-                ("HAcc", ONE),
-                ("VAcc", ONE),
-                ("SAcc", ONE),
-                ("VV", ONE),
-                ("YAcc", ONE),
-            ],
-            Self::Baro => {
-                &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Alt", ONE), ("Health", ONE), ("H", ONE)]
+            Self::GpsAccuracy => {
+                &[("HAcc", ONE), ("VAcc", ONE), ("SAcc", ONE), ("VV", ONE), ("YAcc", ONE)]
             }
-            Self::Rangefinder => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
-                ("Dist", ONE),
-                ("Dist1", ONE),
-                ("Stat", ONE),
-                ("Orient", ONE),
-                ("Quality", ONE),
-            ],
-            Self::Magnetometer => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
-                ("MagX", MILLI),
-                ("MagY", MILLI),
-                ("MagZ", MILLI),
-                ("Health", ONE),
-            ],
-            Self::Rate => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
-                ("ROut", ONE),
-                ("POut", ONE),
-                ("AOut", ONE),
-                ("YOut", ONE),
-            ],
-            Self::SidSettings => &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Ax", ONE)],
-            Self::SidData => &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Targ", ONE)],
-            Self::RcIn | Self::RcOut => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
-                ("C1", ONE),
-                ("C2", ONE),
-                ("C3", ONE),
-                ("C4", ONE),
-            ],
-            Self::Attitude => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
-                ("Roll", ONE),
-                ("Pitch", ONE),
-                ("Yaw", ONE),
-                ("RollRate", ONE),
-            ],
-            Self::Quaternion => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
-                ("Q1", ONE),
-                ("Q2", ONE),
-                ("Q3", ONE),
-                ("Q4", ONE),
-            ],
-            Self::Velocity => {
-                &[("TimeUS", MICRO), ("TimeMS", MILLI), ("VN", ONE), ("VE", ONE), ("VD", ONE)]
+            Self::Baro => &[("Alt", ONE), ("Health", ONE), ("H", ONE)],
+            Self::Rangefinder => {
+                &[("Dist", ONE), ("Dist1", ONE), ("Stat", ONE), ("Orient", ONE), ("Quality", ONE)]
             }
-            Self::Position => {
-                &[("TimeUS", MICRO), ("TimeMS", MILLI), ("Lat", ONE), ("Lng", ONE), ("Alt", ONE)]
+            Self::Magnetometer => {
+                &[("MagX", MILLI), ("MagY", MILLI), ("MagZ", MILLI), ("Health", ONE)]
             }
+            Self::Rate => &[("ROut", ONE), ("POut", ONE), ("AOut", ONE), ("YOut", ONE)],
+            Self::SidSettings => &[("Ax", ONE)],
+            Self::SidData => &[("Targ", ONE)],
+            Self::RcIn | Self::RcOut => &[("C1", ONE), ("C2", ONE), ("C3", ONE), ("C4", ONE)],
+            Self::Attitude => &[("Roll", ONE), ("Pitch", ONE), ("Yaw", ONE), ("RollRate", ONE)],
+            Self::Quaternion => &[("Q1", ONE), ("Q2", ONE), ("Q3", ONE), ("Q4", ONE)],
+            Self::Velocity => &[("VN", ONE), ("VE", ONE), ("VD", ONE)],
+            Self::Position => &[("Lat", ONE), ("Lng", ONE), ("Alt", ONE)],
             Self::Innovations => &[
-                ("TimeUS", MICRO),
-                ("TimeMS", MILLI),
                 ("IPN", ONE),
                 ("IPE", ONE),
                 ("IPD", ONE),
@@ -282,7 +228,7 @@ impl Message {
                 ("IVD", ONE),
                 ("IYAW", ONE),
             ],
-            Self::Time => &[("StartTime", MICRO)],
+            Self::Time => &[],
         }
     }
 }
@@ -301,6 +247,6 @@ mod tests {
         for other in ["NKF2", "IMUX", "IMU0", "ATT2", "GPSB", ""] {
             assert_eq!(Message::named(other), None, "{other}");
         }
-        assert!(Message::ALL.iter().all(|message| message.columns().len() <= Message::WIDTH));
+        assert!(Message::ALL.iter().all(|message| message.columns().count() <= Message::WIDTH));
     }
 }

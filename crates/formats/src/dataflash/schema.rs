@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use super::message::Message;
+use crate::primitive::Primitive::{self, F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
 
 /// A message type of a log.
 #[derive(Debug)]
@@ -41,21 +42,48 @@ pub(super) const FMT: u8 = 128;
 /// Length of an FMT message, bytes.
 pub(super) const FMT_LENGTH: usize = 89;
 
-/// Length of a field, bytes, and factor of its integers; `None` for an unknown format.
-fn layout(format: u8) -> Option<(usize, f64)> {
-    Some(match format {
-        b'b' | b'B' | b'M' => (1, 1.0),
-        b'h' | b'H' | b'g' => (2, 1.0),
-        b'c' | b'C' => (2, 0.01),
-        b'i' | b'I' | b'f' => (4, 1.0),
-        b'n' => (4, 1.0),
-        b'e' | b'E' => (4, 0.01),
-        b'L' => (4, 1e-7),
-        b'd' | b'q' | b'Q' => (8, 1.0),
-        b'N' => (16, 1.0),
-        b'a' | b'Z' => (64, 1.0),
+/// Type of a field.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Number(Primitive),
+    /// Bytes that are not read as a number, and their count.
+    Bytes(usize),
+}
+
+impl Kind {
+    const fn size(self) -> usize {
+        match self {
+            Self::Number(primitive) => primitive.size(),
+            Self::Bytes(count) => count,
+        }
+    }
+}
+
+/// Type of a field, and factor of its integers; `None` for an unknown format.
+fn layout(format: u8) -> Option<(Kind, f64)> {
+    let (primitive, factor) = match format {
+        b'b' => (I8, 1.0),
+        b'B' | b'M' => (U8, 1.0),
+        b'h' => (I16, 1.0),
+        b'H' => (U16, 1.0),
+        b'c' => (I16, 0.01),
+        b'C' => (U16, 0.01),
+        b'i' => (I32, 1.0),
+        b'I' => (U32, 1.0),
+        b'e' => (I32, 0.01),
+        b'E' => (U32, 0.01),
+        b'L' => (I32, 1e-7),
+        b'q' => (I64, 1.0),
+        b'Q' => (U64, 1.0),
+        b'f' => (F32, 1.0),
+        b'd' => (F64, 1.0),
+        b'g' => return Some((Kind::Bytes(2), 1.0)),
+        b'n' => return Some((Kind::Bytes(4), 1.0)),
+        b'N' => return Some((Kind::Bytes(16), 1.0)),
+        b'a' | b'Z' => return Some((Kind::Bytes(64), 1.0)),
         _ => return None,
-    })
+    };
+    Some((Kind::Number(primitive), factor))
 }
 
 impl Schema {
@@ -72,7 +100,7 @@ impl Schema {
             .map(|&(_, format)| {
                 let at = offset;
                 // After a field of unknown length, no offset is known.
-                let size = layout(format).map_or(usize::MAX, |(size, _)| size);
+                let size = layout(format).map_or(usize::MAX, |(kind, _)| kind.size());
                 offset = usize::saturating_add(offset, size);
                 at
             })
@@ -123,7 +151,7 @@ impl Schema {
             let own = self.multipliers[field].map(|own| if has_factor { 1.0 } else { own });
             Some(Column { field, factor: own.unwrap_or(factor) })
         };
-        self.columns = message.columns().iter().map(column).collect();
+        self.columns = message.columns().map(column).collect();
     }
 
     /// The columns of the message; `number` reads a field from its index and format. NaN for missing fields.
@@ -164,36 +192,18 @@ impl Schema {
         self.instance(|field, _| number_in(fields, field))
     }
 
-    #[allow(clippy::cast_lossless, reason = "one conversion for all types, some of them lossy")]
     fn number(&self, body: &[u8], field: usize, format: u8) -> f64 {
-        let bytes = body.get(self.offsets[field]..).unwrap_or_default();
-        let scale = layout(format).map_or(1.0, |(_, scale)| scale);
-        macro_rules! number {
-            ($kind:ty) => {
-                bytes.first_chunk().map(|bytes| <$kind>::from_le_bytes(*bytes) as f64)
-            };
+        match layout(format) {
+            Some((Kind::Number(kind), factor)) => kind.number(body, self.offsets[field]) * factor,
+            _ => f64::NAN,
         }
-        let number = match format {
-            b'b' => number!(i8),
-            b'B' | b'M' => number!(u8),
-            b'h' | b'c' => number!(i16),
-            b'H' | b'C' => number!(u16),
-            b'i' | b'e' | b'L' => number!(i32),
-            b'I' | b'E' => number!(u32),
-            b'q' => number!(i64),
-            b'Q' => number!(u64),
-            b'f' => number!(f32),
-            b'd' => number!(f64),
-            _ => None,
-        };
-        number.map_or(f64::NAN, |number| number * scale)
     }
 
     /// The text of the field `label` of a binary message, up to its first zero.
     pub fn text<'a>(&self, body: &'a [u8], label: &str) -> Option<&'a str> {
         let field = self.labels.iter().position(|(name, _)| name == label)?;
-        let (size, _) = layout(self.labels[field].1)?;
-        let bytes = body.get(self.offsets[field]..)?.get(..size)?;
+        let (kind, _) = layout(self.labels[field].1)?;
+        let bytes = body.get(self.offsets[field]..)?.get(..kind.size())?;
         text(bytes)
     }
 

@@ -3,7 +3,7 @@
 
 use super::look::median;
 use crate::text::Axes;
-use hovernav::ekf::{Channel, Innovation, Notice, Solution, Verdict};
+use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
@@ -187,8 +187,7 @@ fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
     let Ok(config) = trial.settings() else { return f64::INFINITY };
     let run = trial.estimate(&config, |_| {});
     let (mut gps, mut heading, mut fixes) = (Tally::default(), Tally::default(), 0usize);
-    for notice in &run.notices {
-        let Notice::Updated(report) = notice else { continue };
+    for report in run.reports() {
         for innovation in report.innovations() {
             match innovation.channel {
                 Channel::PositionNorth

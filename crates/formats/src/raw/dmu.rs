@@ -1,6 +1,6 @@
 //! Reads the packets of a DMU and times them with the DMU's own timer.
 
-use super::for_each_piece;
+use super::pieces::for_each_piece;
 use crate::assembly::Assembly;
 use crate::window::Input;
 use hovernav::dmu::{Calibration, Decoder, Mode, Packet, Plausibility, Received, SampleClock};

@@ -2,19 +2,18 @@
 
 mod dmu;
 mod frames;
+mod pieces;
 mod receiver;
 
 use crate::assembly::Assembly;
 use crate::format::Format;
-use crate::log::{Log, Options};
-use crate::window::{Input, Window};
+use crate::log::Log;
+use crate::window::Input;
 use hovernav::dmu::{Decoder, Mode};
 use hovernav::gps::{Protocol, Receiver};
 use hovernav::time::Time;
 use hovernav_log::{LogError, Manifest};
-
-/// Number of bytes passed to a decoder at a time.
-const CHUNK: usize = 4096;
+use pieces::{CHUNK, begin};
 
 /// The device that sent a capture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +67,7 @@ fn without_remarks(mut bytes: &[u8]) -> &[u8] {
 ///
 /// # Errors
 /// [`LogError`] if the file cannot be read or contains no packets.
-pub(crate) fn read(input: Input<'_>, _options: &Options) -> Result<Log, LogError> {
+pub(crate) fn read(input: Input<'_>) -> Result<Log, LogError> {
     let (assembly, manifest) = assembled(input)?;
     assembly.finish(input.path, Format::Raw, manifest, "")
 }
@@ -89,34 +88,5 @@ pub(crate) fn assembled(input: Input<'_>) -> Result<(Assembly, Manifest), LogErr
             let reason = format!("found no whole packet, expected {}", Format::Raw);
             Err(LogError::bytes(input.path, window.offset() as usize, reason))
         }
-    }
-}
-
-/// The file after its leading comment lines.
-fn begin(input: Input<'_>) -> Result<Window<'_>, LogError> {
-    let mut window = input.window()?;
-    loop {
-        let bytes = window.peek(CHUNK).map_err(LogError::io(input.path))?;
-        if bytes.first() != Some(&b'#') {
-            return Ok(window);
-        }
-        let line = bytes.iter().position(|byte| *byte == b'\n');
-        let count = line.map_or(bytes.len(), |end| end + 1);
-        window.consume(count);
-    }
-}
-
-/// Passes all bytes of a capture to `take`, in pieces with their byte offsets.
-fn for_each_piece(input: Input<'_>, mut take: impl FnMut(&[u8], u64)) -> Result<(), LogError> {
-    let mut window = begin(input)?;
-    loop {
-        let offset = window.offset();
-        let bytes = window.peek(CHUNK).map_err(LogError::io(input.path))?;
-        if bytes.is_empty() {
-            return Ok(());
-        }
-        let count = bytes.len().min(CHUNK);
-        take(&bytes[..count], offset);
-        window.consume(count);
     }
 }

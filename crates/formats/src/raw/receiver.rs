@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::frames::{self, Kind};
-use super::{begin, for_each_piece};
+use super::pieces::{begin, for_each_piece};
 use crate::assembly::Assembly;
 use crate::utc;
 use crate::window::Input;

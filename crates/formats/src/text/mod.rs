@@ -15,7 +15,7 @@ mod units;
 use std::path::{Path, PathBuf};
 
 use crate::format::Format;
-use crate::log::{Log, Options};
+use crate::log::Log;
 use hovernav_log::{LogError, Manifest, Trajectory};
 
 pub(crate) use apply::dataset;
@@ -36,7 +36,7 @@ pub(crate) use units::{
 ///
 /// # Errors
 /// [`LogError`]; for text without a mapping, an error that points to `hovernav init`.
-pub(crate) fn read(path: &Path, _options: &Options) -> Result<Log, LogError> {
+pub(crate) fn read(path: &Path) -> Result<Log, LogError> {
     if path.is_file() && !is_mapping(path)? {
         let directory = directory_of(path);
         if directory.join("dataset.toml").is_file() {

@@ -3,6 +3,7 @@
 //! # Source
 //! MAVLink, `common.xml`; fields are ordered by size, as MAVLink sends them.
 
+use crate::primitive::Primitive::{self, F32, I16, I32, U8, U16, U32, U64};
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
 /// A type of message that is read.
@@ -25,20 +26,6 @@ pub(super) enum Message {
     DistanceSensor,
     Rangefinder,
 }
-
-/// A type of number.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Kind {
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    U64,
-    F32,
-}
-
-use Kind::{F32, I16, I32, U8, U16, U32, U64};
 
 /// A thousandth of standard gravity, m/s².
 const MILLI_G: f64 = 1e-3 * STANDARD_GRAVITY_MPS2;
@@ -141,7 +128,7 @@ impl Message {
 
     /// Offset, type and factor of each field that is read. The factor converts to seconds, metres, degrees of
     /// latitude and longitude, radians, gauss or pascals. The first field is the time.
-    const fn fields(self) -> &'static [(usize, Kind, f64)] {
+    const fn fields(self) -> &'static [(usize, Primitive, f64)] {
         match self {
             Self::SystemTime => &[(8, U32, MILLI), (0, U64, MICRO)],
             Self::HighresImu => &[
@@ -248,31 +235,13 @@ impl Message {
     }
 
     /// The fields in `payload`. MAVLink 2 omits trailing zeros.
-    #[allow(clippy::cast_lossless, reason = "one conversion for all types, some of them lossy")]
     pub fn row(self, payload: &[u8]) -> [f64; Self::WIDTH] {
         let mut whole = [0; 255];
         let length = payload.len().min(whole.len());
         whole[..length].copy_from_slice(&payload[..length]);
         let mut row = [f64::NAN; Self::WIDTH];
         for (number, &(offset, kind, unit)) in row.iter_mut().zip(self.fields()) {
-            let bytes = whole.get(offset..).unwrap_or_default();
-            macro_rules! number {
-                ($kind:ty) => {
-                    bytes
-                        .first_chunk()
-                        .map_or(f64::NAN, |bytes| <$kind>::from_le_bytes(*bytes) as f64)
-                };
-            }
-            *number = unit
-                * match kind {
-                    U8 => number!(u8),
-                    I16 => number!(i16),
-                    U16 => number!(u16),
-                    I32 => number!(i32),
-                    U32 => number!(u32),
-                    U64 => number!(u64),
-                    F32 => number!(f32),
-                };
+            *number = unit * kind.number(&whole, offset);
         }
         row
     }

@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::primitive::Primitive;
+
 /// Offset and type of a number within a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cell {
@@ -9,77 +11,33 @@ pub(super) struct Cell {
     kind: Primitive,
 }
 
-/// A primitive type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Primitive {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-}
-
-impl Primitive {
-    fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "int8_t" => Self::I8,
-            "uint8_t" | "bool" | "char" => Self::U8,
-            "int16_t" => Self::I16,
-            "uint16_t" => Self::U16,
-            "int32_t" => Self::I32,
-            "uint32_t" => Self::U32,
-            "int64_t" => Self::I64,
-            "uint64_t" => Self::U64,
-            "float" => Self::F32,
-            "double" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    const fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
-        }
-    }
+/// The type of this name.
+fn primitive(name: &str) -> Option<Primitive> {
+    Some(match name {
+        "int8_t" => Primitive::I8,
+        "uint8_t" | "bool" | "char" => Primitive::U8,
+        "int16_t" => Primitive::I16,
+        "uint16_t" => Primitive::U16,
+        "int32_t" => Primitive::I32,
+        "uint32_t" => Primitive::U32,
+        "int64_t" => Primitive::I64,
+        "uint64_t" => Primitive::U64,
+        "float" => Primitive::F32,
+        "double" => Primitive::F64,
+        _ => return None,
+    })
 }
 
 impl Cell {
     /// The number in `body`; NaN if `body` is too short.
-    #[allow(clippy::cast_lossless, reason = "one conversion for all types, some of them lossy")]
     pub fn number(self, body: &[u8]) -> f64 {
-        let bytes = body.get(self.offset..).unwrap_or_default();
-        macro_rules! number {
-            ($kind:ty) => {
-                bytes.first_chunk().map(|bytes| <$kind>::from_le_bytes(*bytes) as f64)
-            };
-        }
-        let number = match self.kind {
-            Primitive::I8 => number!(i8),
-            Primitive::U8 => number!(u8),
-            Primitive::I16 => number!(i16),
-            Primitive::U16 => number!(u16),
-            Primitive::I32 => number!(i32),
-            Primitive::U32 => number!(u32),
-            Primitive::I64 => number!(i64),
-            Primitive::U64 => number!(u64),
-            Primitive::F32 => number!(f32),
-            Primitive::F64 => number!(f64),
-        };
-        number.unwrap_or(f64::NAN)
+        self.kind.number(body, self.offset)
     }
 
     /// The name in `key`, which is a type and a name, and the number in `bytes`. For parameters and information.
     pub fn keyed<'a>(key: &'a str, bytes: &[u8]) -> Option<(&'a str, f64)> {
         let (kind, name) = key.split_once(' ')?;
-        let kind = Primitive::named(kind)?;
+        let kind = primitive(kind)?;
         let number = Self { offset: 0, kind }.number(bytes);
         number.is_finite().then_some((name, number))
     }
@@ -122,7 +80,7 @@ impl Definitions {
         let mut cells = vec![None; wanted.len()];
         let mut offset = 0;
         for (type_name, count, field) in fields(self.fields.get(name)?) {
-            let size = match Primitive::named(type_name) {
+            let size = match primitive(type_name) {
                 Some(kind) => {
                     for (cell, wanted) in cells.iter_mut().zip(wanted) {
                         let element = element(wanted, field).filter(|&at| at < count.max(1));
@@ -146,7 +104,7 @@ impl Definitions {
     fn size(&self, name: &str, depth: usize) -> Option<usize> {
         let mut total = 0_usize;
         for (type_name, count, _) in fields(self.fields.get(name)?) {
-            let size = match Primitive::named(type_name) {
+            let size = match primitive(type_name) {
                 Some(kind) => kind.size(),
                 None => self.size(type_name, depth.checked_sub(1)?)?,
             };

@@ -50,6 +50,27 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// A warning about one sample or fix, with its span, s on the log's clock, and its sentence.
+    pub(crate) fn warning(
+        sensor: Sensor,
+        kind: FindingKind,
+        (start_s, end_s): (f64, f64),
+        words: impl Into<String>,
+    ) -> Self {
+        let (severity, count, words) = (Severity::Warning, 1, words.into());
+        Self { start_s, end_s, sensor, kind, severity, count, harm: None, words }
+    }
+
+    /// This finding with another severity.
+    pub(crate) fn severity(self, severity: Severity) -> Self {
+        Self { severity, ..self }
+    }
+
+    /// This finding, about `count` samples or fixes.
+    pub(crate) fn of(self, count: usize) -> Self {
+        Self { count, ..self }
+    }
+
     /// Whether the finding is a warning or an error.
     #[must_use]
     pub fn is_warning(&self) -> bool {
@@ -113,20 +134,11 @@ impl SetupFinding {
     /// This set-up finding as a finding over a log from `start_s` to `end_s`.
     #[must_use]
     pub fn finding(&self, start_s: f64, end_s: f64) -> Finding {
-        Finding {
-            start_s,
-            end_s,
-            sensor: self.sensor,
-            kind: FindingKind::SetUp,
-            severity: if self.is_certain && !self.can_be_ignored() {
-                Severity::Error
-            } else {
-                Severity::Warning
-            },
-            harm: None,
-            count: 1,
-            words: self.to_string(),
-        }
+        let is_error = self.is_certain && !self.can_be_ignored();
+        let severity = if is_error { Severity::Error } else { Severity::Warning };
+        let span_s = (start_s, end_s);
+        Finding::warning(self.sensor, FindingKind::SetUp, span_s, self.to_string())
+            .severity(severity)
     }
 }
 
@@ -167,15 +179,9 @@ mod tests {
 
     #[test]
     fn what_happened_often_is_reported_three_times_and_counted() {
-        let finding = |start_s: f64, length_s: f64, severity| Finding {
-            start_s,
-            end_s: start_s + length_s,
-            sensor: Sensor::Gps,
-            kind: FindingKind::Outage,
-            severity,
-            harm: None,
-            count: 1,
-            words: format!("outage at {start_s}"),
+        let finding = |start_s: f64, length_s: f64, severity| {
+            let (span_s, words) = ((start_s, start_s + length_s), format!("outage at {start_s}"));
+            Finding::warning(Sensor::Gps, FindingKind::Outage, span_s, words).severity(severity)
         };
         let mut findings: Vec<Finding> =
             (0..20).map(|k| finding(f64::from(k), 0.125, Severity::Warning)).collect();

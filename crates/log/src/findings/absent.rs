@@ -3,7 +3,7 @@
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
 
-use super::Judged;
+use super::judged::Judged;
 use crate::distribution::Distribution;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
@@ -136,19 +136,14 @@ fn of_aid(
             true => format!(" (usually one every {usual_s:.2} s)"),
             false => String::new(),
         };
-        findings.push(Finding {
-            start_s: from_s,
-            end_s: to_s,
-            sensor,
-            kind: FindingKind::ReadingsAbsent,
-            severity: if out_of_reach { Severity::Info } else { Severity::Warning },
-            harm: None,
-            count: 1,
-            words: format!(
-                "{sensor}: no {what} from {from_s:.1} to {to_s:.1} s, for {:.1} s{usual}: {cause}; {cost} meanwhile",
-                to_s - from_s
-            ),
-        });
+        let words = format!(
+            "{sensor}: no {what} from {from_s:.1} to {to_s:.1} s, for {:.1} s{usual}: {cause}; {cost} meanwhile",
+            to_s - from_s
+        );
+        findings.push(
+            Finding::warning(sensor, FindingKind::ReadingsAbsent, (from_s, to_s), words)
+                .severity(if out_of_reach { Severity::Info } else { Severity::Warning }),
+        );
     }
 }
 

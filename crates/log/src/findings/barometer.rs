@@ -1,8 +1,8 @@
 //! A barometer that repeats itself while the vehicle climbs or sinks.
 
-use super::spans::improbable_runs;
-use super::{Judged, when};
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use super::judged::Judged;
+use super::spans::{improbable_runs, when};
+use crate::finding::{Finding, FindingKind, Sensor};
 use crate::statistics::quantile;
 
 /// Shortest repetition of a height, s, that counts as frozen: a shorter one may be real.
@@ -28,22 +28,17 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         if end_s - start_s < FROZEN_S || moved_m < least_m {
             continue;
         }
-        findings.push(Finding {
-            start_s,
-            end_s,
-            sensor: Sensor::Barometer,
-            kind: FindingKind::Frozen,
-            severity: Severity::Warning,
-            harm: None,
-            count: last - first,
-            words: format!(
-                "barometer frozen {}: {} readings repeat {:.1} m to the last digit while the height changed by \
-                 {moved_m:.1} m: the sensor or its connection delivered no new measurements",
-                when(start_s, end_s),
-                last - first,
-                heights[first]
-            ),
-        });
+        let words = format!(
+            "barometer frozen {}: {} readings repeat {:.1} m to the last digit while the height changed by \
+             {moved_m:.1} m: the sensor or its connection delivered no new measurements",
+            when(start_s, end_s),
+            last - first,
+            heights[first]
+        );
+        findings.push(
+            Finding::warning(Sensor::Barometer, FindingKind::Frozen, (start_s, end_s), words)
+                .of(last - first),
+        );
     }
 }
 

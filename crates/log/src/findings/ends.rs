@@ -1,10 +1,9 @@
 //! Clipping: samples at the end of a sensor's range.
 
-use super::spans::{Span, Spans};
-use super::unit::{AXES, component};
-use super::{Judged, when};
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
-use crate::rates::Rates;
+use super::judged::Judged;
+use super::spans::{Span, Spans, when};
+use crate::finding::{Finding, FindingKind, Sensor};
+use crate::rates::{AXES, Rates};
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 
 /// Longest time, s, between two clipped samples of one event.
@@ -51,8 +50,7 @@ impl Ends {
     }
 
     pub fn look(&mut self, at: &Rates) {
-        for (axis, end) in self.axes.iter_mut().enumerate() {
-            let value = component(at, axis);
+        for (axis, (end, value)) in self.axes.iter_mut().zip(at.six()).enumerate() {
             end.largest = end.largest.max(value.abs());
             end.is_marked |= marked(at, axis);
             end.low.push(value);
@@ -73,8 +71,7 @@ impl Ends {
     pub fn look_again(&mut self, at: &Rates) {
         let index = self.seen;
         self.seen += 1;
-        for (axis, end) in self.axes.iter_mut().enumerate() {
-            let value = component(at, axis);
+        for (axis, (end, value)) in self.axes.iter_mut().zip(at.six()).enumerate() {
             let is_clipped = match end.is_marked {
                 true => marked(at, axis),
                 false => end.scale.contains(&Some(value)) || end.is_beyond_known(value.abs()),
@@ -105,21 +102,21 @@ impl Ends {
                         largest / STANDARD_GRAVITY_MPS2
                     )
                 };
-                findings.push(Finding {
-                    start_s,
-                    end_s,
-                    sensor: Sensor::InertialUnit,
-                    kind: FindingKind::Clipping,
-                    severity: Severity::Warning,
-                    harm: None,
-                    count,
-                    words: format!(
-                        "{} clipped at {level} {}: {count} samples, {:.1} % of that time; larger values are lost",
-                        AXES[axis],
-                        when(start_s, end_s),
-                        100.0 * count as f64 / (last - first + 1) as f64
-                    ),
-                });
+                let words = format!(
+                    "{} clipped at {level} {}: {count} samples, {:.1} % of that time; larger values are lost",
+                    AXES[axis],
+                    when(start_s, end_s),
+                    100.0 * count as f64 / (last - first + 1) as f64
+                );
+                findings.push(
+                    Finding::warning(
+                        Sensor::InertialUnit,
+                        FindingKind::Clipping,
+                        (start_s, end_s),
+                        words,
+                    )
+                    .of(count),
+                );
             }
         }
     }

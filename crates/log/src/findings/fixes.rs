@@ -2,8 +2,8 @@
 
 use hovernav::gps::Fix;
 
-use super::spans::improbable_runs;
-use super::{Judged, when};
+use super::judged::Judged;
+use super::spans::{improbable_runs, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::statistics::median_interval_s;
 
@@ -27,22 +27,22 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         .filter(|&(first, last)| times[last] - times[first] >= FROZEN_S)
         .collect();
     for &(first, last) in &frozen {
-        findings.push(Finding {
-            start_s: times[first],
-            end_s: times[last],
-            sensor: Sensor::Gps,
-            kind: FindingKind::FrozenFix,
-            severity: Severity::Warning,
-            harm: None,
-            count: last - first,
-            words: format!(
-                "gps frozen {}: {} fixes repeat the previous one to the last digit: the receiver was not measuring, or \
-                 outputs too few digits{}",
-                when(times[first], times[last]),
-                last - first,
-                log.cost(times[first], times[last])
-            ),
-        });
+        let words = format!(
+            "gps frozen {}: {} fixes repeat the previous one to the last digit: the receiver was not measuring, or \
+             outputs too few digits{}",
+            when(times[first], times[last]),
+            last - first,
+            log.cost(times[first], times[last])
+        );
+        findings.push(
+            Finding::warning(
+                Sensor::Gps,
+                FindingKind::FrozenFix,
+                (times[first], times[last]),
+                words,
+            )
+            .of(last - first),
+        );
     }
     let heights: Vec<f64> = fixes.iter().map(|fix| fix.position.height_m).collect();
     for (first, last) in improbable_runs(&heights) {
@@ -55,25 +55,21 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         let known = fixes[first + 1..=last].iter().filter(|fix| fix.two_dimensional).count();
         let is_known = 2 * known > last - first;
         let (when, count) = (when(start_s, end_s), last - first);
-        findings.push(Finding {
-            start_s,
-            end_s,
-            sensor: Sensor::Gps,
-            kind: FindingKind::HeightHeld,
-            severity: if is_known { Severity::Info } else { Severity::Warning },
-            harm: None,
-            count,
-            words: match is_known {
-                true => format!(
-                    "gps without height {when}: {count} two-dimensional fixes, used for the horizontal alone"
-                ),
-                false => format!(
-                    "gps height held at {:.1} m {when} in {count} fixes while the position moved: likely 2-D fixes, \
-                     whose height is not measured",
-                    heights[first]
-                ),
-            },
-        });
+        let words = match is_known {
+            true => format!(
+                "gps without height {when}: {count} two-dimensional fixes, used for the horizontal alone"
+            ),
+            false => format!(
+                "gps height held at {:.1} m {when} in {count} fixes while the position moved: likely 2-D fixes, \
+                 whose height is not measured",
+                heights[first]
+            ),
+        };
+        findings.push(
+            Finding::warning(Sensor::Gps, FindingKind::HeightHeld, (start_s, end_s), words)
+                .severity(if is_known { Severity::Info } else { Severity::Warning })
+                .of(count),
+        );
     }
 }
 
@@ -89,20 +85,17 @@ fn outages(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         let length_s = time_s - before_s;
         if length_s > longest_s {
             let end = if time_s == last_s { ", to the end of the log" } else { "" };
-            findings.push(Finding {
-                start_s: before_s,
-                end_s: time_s,
-                sensor: Sensor::Gps,
-                kind: FindingKind::Outage,
-                severity: Severity::Warning,
-                harm: None,
-                count: 1,
-                words: format!(
-                    "gps outage from {before_s:.1} to {time_s:.1} s: no fix for {length_s:.1} s{end}, \
-                     bridged by dead reckoning{}",
-                    log.cost(before_s, time_s - 0.1)
-                ),
-            });
+            let words = format!(
+                "gps outage from {before_s:.1} to {time_s:.1} s: no fix for {length_s:.1} s{end}, \
+                 bridged by dead reckoning{}",
+                log.cost(before_s, time_s - 0.1)
+            );
+            findings.push(Finding::warning(
+                Sensor::Gps,
+                FindingKind::Outage,
+                (before_s, time_s),
+                words,
+            ));
         }
         before_s = time_s;
     }
@@ -115,16 +108,16 @@ fn early(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         return;
     };
     if early > 0 {
-        findings.push(Finding {
-            start_s: first.time.seconds(),
-            end_s: imu.seconds(),
-            sensor: Sensor::Gps,
-            kind: FindingKind::FixesTooEarly,
-            severity: Severity::Info,
-            harm: None,
-            count: early,
-            words: format!("{early} fixes before the first inertial sample have no effect"),
-        });
+        findings.push(
+            Finding::warning(
+                Sensor::Gps,
+                FindingKind::FixesTooEarly,
+                (first.time.seconds(), imu.seconds()),
+                format!("{early} fixes before the first inertial sample have no effect"),
+            )
+            .severity(Severity::Info)
+            .of(early),
+        );
     }
 }
 
@@ -163,14 +156,14 @@ fn without_velocity(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         return;
     }
     let severity = if 10 * without > fixes.len() { Severity::Warning } else { Severity::Info };
-    findings.push(Finding {
-        start_s: first.time.seconds(),
-        end_s: last.time.seconds(),
-        sensor: Sensor::Gps,
-        kind: FindingKind::VelocityAbsent,
-        severity,
-        harm: None,
-        count: without,
-        words,
-    });
+    findings.push(
+        Finding::warning(
+            Sensor::Gps,
+            FindingKind::VelocityAbsent,
+            (first.time.seconds(), last.time.seconds()),
+            words,
+        )
+        .severity(severity)
+        .of(without),
+    );
 }

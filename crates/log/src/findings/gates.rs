@@ -5,8 +5,8 @@ use std::ops::Range;
 use hovernav::ekf::{Channel, Notice, Report, Verdict};
 use hovernav::time::Time;
 
+use super::judged::Judged;
 use super::spans::{Span, spans};
-use super::{Judged, when};
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Channels that are accepted or rejected together.
@@ -187,20 +187,13 @@ fn rejection(
     if let Some(time_s) =
         reopened.filter(|_| span.count == 1 && is_first_after_a_gap(log, first, span))
     {
-        return Finding {
-            start_s: span.start_s,
-            end_s: span.end_s,
-            sensor: first.sensor,
-            kind: FindingKind::TakenAnew,
-            severity: Severity::Info,
-            harm: None,
-            count: 1,
-            words: format!(
-                "{}: the filter was reset to it at {time_s:.1} s, after a gap in the inertial samples, in {}",
-                first.sensor,
-                parts.join(", "),
-            ),
-        };
+        let words = format!(
+            "{}: the filter was reset to it at {time_s:.1} s, after a gap in the inertial samples, in {}",
+            first.sensor,
+            parts.join(", "),
+        );
+        return Finding::warning(first.sensor, FindingKind::TakenAnew, span.bounds_s(), words)
+            .severity(Severity::Info);
     }
     let why = match cause(log, first, span.start_s) {
         Some(why) => why,
@@ -219,25 +212,16 @@ fn rejection(
         ),
         None => "; the filter continued without it".into(),
     };
-    Finding {
-        start_s: span.start_s,
-        end_s: span.end_s,
-        sensor: first.sensor,
-        kind: if reopened.is_some() { FindingKind::FilterReopened } else { FindingKind::Refused },
-        severity: if lasting || large || reopened.is_some() {
-            Severity::Warning
-        } else {
-            Severity::Info
-        },
-        harm: None,
-        count: span.count,
-        words: format!(
-            "{} rejected {}, off the filter's prediction in {}: {why}{response}",
-            first.sensor,
-            when(span.start_s, span.end_s),
-            parts.join(", "),
-        ),
-    }
+    let kind = if reopened.is_some() { FindingKind::FilterReopened } else { FindingKind::Refused };
+    let is_warning = lasting || large || reopened.is_some();
+    let severity = if is_warning { Severity::Warning } else { Severity::Info };
+    let words = format!(
+        "{} rejected {}, off the filter's prediction in {}: {why}{response}",
+        first.sensor,
+        span.when(),
+        parts.join(", "),
+    );
+    Finding::warning(first.sensor, kind, span.bounds_s(), words).severity(severity).of(span.count)
 }
 
 /// Whether an event at `time` may cause a rejection at `start_s`.
@@ -265,12 +249,8 @@ fn is_of_another_fault(group: &Group, report: &Report) -> bool {
 
 /// Comparisons of a group, in order of time.
 fn compared(log: &Judged<'_>, group: &Group) -> Vec<Compared> {
-    let reports = log.run.notices.iter().filter_map(|notice| match notice {
-        Notice::Updated(report) => Some(report),
-        _ => None,
-    });
     let mut all = Vec::new();
-    for report in reports {
+    for report in log.run.reports() {
         if is_of_another_fault(group, report) {
             continue;
         }

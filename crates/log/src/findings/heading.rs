@@ -3,8 +3,8 @@
 use hovernav::ekf::{Channel, Notice};
 use hovernav::ins::HeadingSource;
 
-use super::spans::{Spans, spans};
-use super::{Judged, when};
+use super::judged::Judged;
+use super::spans::{Spans, spans, when};
 use crate::distribution::Distribution;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use hovernav::frames::{Body, Vector};
@@ -32,8 +32,7 @@ pub(super) fn find(log: &Judged<'_>, field: FieldStrength, findings: &mut Vec<Fi
 /// Heading sources of a run, as the end of a sentence on their lockout; empty without any.
 fn sources(log: &Judged<'_>) -> String {
     let (mut attitude, mut magnetometer, mut antennas) = (false, false, false);
-    for notice in &log.run.notices {
-        let Notice::Updated(report) = notice else { continue };
+    for report in log.run.reports() {
         let has = |channel| report.innovations().any(|axis| axis.channel == channel);
         attitude |= has(Channel::Roll);
         magnetometer |= has(Channel::Yaw) && !has(Channel::Roll);
@@ -69,22 +68,26 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
         if end_s - start_s < LASTING_S || findings.iter().skip(known).any(is_reported) {
             continue;
         }
-        findings.push(Finding {
-            start_s,
-            end_s,
-            sensor: Sensor::Magnetometer,
-            kind: FindingKind::MagneticDisturbance,
-            severity: if *share > UNCALIBRATED { Severity::Warning } else { Severity::Info },
-            harm: None,
-            count: 1,
-            words: format!(
-                "magnetometer disturbed {}: the field changed by {:.0} % of its strength, in size, dip or direction, \
-                 likely by a current or iron nearby; its heading may be off by {:.0}° and was weighted less",
-                when(start_s, end_s),
-                100.0 * share,
-                sigma_rad.to_degrees()
-            ),
-        });
+        let words = format!(
+            "magnetometer disturbed {}: the field changed by {:.0} % of its strength, in size, dip or direction, \
+             likely by a current or iron nearby; its heading may be off by {:.0}° and was weighted less",
+            when(start_s, end_s),
+            100.0 * share,
+            sigma_rad.to_degrees()
+        );
+        findings.push(
+            Finding::warning(
+                Sensor::Magnetometer,
+                FindingKind::MagneticDisturbance,
+                (start_s, end_s),
+                words,
+            )
+            .severity(if *share > UNCALIBRATED {
+                Severity::Warning
+            } else {
+                Severity::Info
+            }),
+        );
     }
 }
 
@@ -100,58 +103,51 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 let time_s = time.seconds();
                 let start = aligned.take().map(|by| by.start.state.time.seconds());
                 let start_s = start.or(lost_s).unwrap_or(time_s);
-                findings.push(Finding {
-                    start_s,
-                    end_s: time_s,
-                    sensor: Sensor::Filter,
-                    kind: FindingKind::HeadingFound,
-                    // In flight the heading was lost; at the start it was only unknown.
-                    severity: if start.is_some() { Severity::Info } else { Severity::Warning },
-                    harm: None,
-                    count: 1,
-                    words: format!(
-                        "heading unknown {}, then found in motion with a one-sigma of {:.1}°",
-                        when(start_s, time_s),
-                        sigma_rad.to_degrees()
-                    ),
-                });
+                let words = format!(
+                    "heading unknown {}, then found in motion with a one-sigma of {:.1}°",
+                    when(start_s, time_s),
+                    sigma_rad.to_degrees()
+                );
+                // In flight the heading was lost; at the start it was only unknown.
+                let severity = if start.is_some() { Severity::Info } else { Severity::Warning };
+                findings.push(
+                    Finding::warning(
+                        Sensor::Filter,
+                        FindingKind::HeadingFound,
+                        (start_s, time_s),
+                        words,
+                    )
+                    .severity(severity),
+                );
             }
-            Notice::HeadingReset { time, turn_rad, sigma_rad } => findings.push(Finding {
-                start_s: time.seconds(),
-                end_s: time.seconds(),
-                sensor: Sensor::Filter,
-                kind: FindingKind::HeadingReset,
-                severity: Severity::Warning,
-                harm: None,
-                count: 1,
-                words: format!(
+            Notice::HeadingReset { time, turn_rad, sigma_rad } => {
+                let (kind, time_s) = (FindingKind::HeadingReset, time.seconds());
+                let words = format!(
                     "the heading was inconsistent with GPS at {:.1} s: the filter turned it by {:.0}°, one-sigma now \
                      {:.0}°{}",
                     time.seconds(),
                     turn_rad.to_degrees(),
                     sigma_rad.to_degrees(),
                     sources(log)
-                ),
-            }),
+                );
+                findings.push(Finding::warning(Sensor::Filter, kind, (time_s, time_s), words));
+            }
             _ => {}
         }
     }
     let Some(unknown) = aligned.filter(|by| by.heading == HeadingSource::Unknown) else { return };
     let start_s = unknown.start.state.time.seconds();
     let end_s = log.span_s().map_or(start_s, |(_, end_s)| end_s);
-    findings.push(Finding {
-        start_s,
-        end_s,
-        sensor: Sensor::Filter,
-        kind: FindingKind::HeadingUnknown,
-        severity: Severity::Warning,
-        harm: None,
-        count: 1,
-        words: format!(
-            "the heading was not found {}: too little horizontal acceleration, and no attitude or magnetometer",
-            when(start_s, end_s)
-        ),
-    });
+    let words = format!(
+        "the heading was not found {}: too little horizontal acceleration, and no attitude or magnetometer",
+        when(start_s, end_s)
+    );
+    findings.push(Finding::warning(
+        Sensor::Filter,
+        FindingKind::HeadingUnknown,
+        (start_s, end_s),
+        words,
+    ));
 }
 
 /// Adds the headings that were suspect according to the fixes, but were not reset.
@@ -162,22 +158,22 @@ fn checks(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     });
     for span in spans(checks, ONE_AMBIGUITY_S) {
         let times = if span.count > 1 { format!(" ({} times)", span.count) } else { String::new() };
-        findings.push(Finding {
-            start_s: span.start_s,
-            end_s: span.end_s,
-            sensor: Sensor::Filter,
-            kind: FindingKind::HeadingInDoubt,
-            severity: if span.largest > SUSPECT_RAD { Severity::Warning } else { Severity::Info },
-            harm: None,
-            count: span.count,
-            words: format!(
-                "the heading was up to {:.0}° off {} according to GPS{times}: an error of the attitude, magnetometer \
-                 or mounting, or sideways drift; the filter has enlarged the one-sigmas of the heading and its \
-                 source",
-                span.largest.to_degrees(),
-                when(span.start_s, span.end_s),
-            ),
-        });
+        let words = format!(
+            "the heading was up to {:.0}° off {} according to GPS{times}: an error of the attitude, magnetometer \
+             or mounting, or sideways drift; the filter has enlarged the one-sigmas of the heading and its \
+             source",
+            span.largest.to_degrees(),
+            span.when(),
+        );
+        findings.push(
+            Finding::warning(Sensor::Filter, FindingKind::HeadingInDoubt, span.bounds_s(), words)
+                .severity(if span.largest > SUSPECT_RAD {
+                    Severity::Warning
+                } else {
+                    Severity::Info
+                })
+                .of(span.count),
+        );
     }
 }
 
@@ -233,21 +229,21 @@ impl FieldStrength {
             if span.end_s - span.start_s < LASTING_S {
                 continue;
             }
-            findings.push(Finding {
-                start_s: span.start_s,
-                end_s: span.end_s,
-                sensor: Sensor::Magnetometer,
-                kind: FindingKind::MagneticDisturbance,
-                severity: Severity::Warning,
-                harm: None,
-                count: span.count,
-                words: format!(
-                    "magnetometer disturbed {}: the field is up to {:.0} % off its usual {usual:.2} gauss, likely by \
-                     a current or iron nearby; its heading is off too",
-                    when(span.start_s, span.end_s),
-                    100.0 * span.largest
-                ),
-            });
+            let words = format!(
+                "magnetometer disturbed {}: the field is up to {:.0} % off its usual {usual:.2} gauss, likely by \
+                 a current or iron nearby; its heading is off too",
+                span.when(),
+                100.0 * span.largest
+            );
+            findings.push(
+                Finding::warning(
+                    Sensor::Magnetometer,
+                    FindingKind::MagneticDisturbance,
+                    span.bounds_s(),
+                    words,
+                )
+                .of(span.count),
+            );
         }
     }
 }

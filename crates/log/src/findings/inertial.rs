@@ -4,15 +4,13 @@ use hovernav::ekf::{ImuFault, Notice, ResetCause};
 use hovernav::imu::{Checks, FullScale, Integrity, MeanRates};
 use hovernav::time::Time;
 
-use super::Judged;
 use super::ends::Ends;
-use super::spans::{Repeating, Repetitions, Span, Spans, spans};
-use super::unit::{AXES, component};
-use super::when;
+use super::judged::Judged;
+use super::spans::{Repeating, Repetitions, Span, Spans, spans, when};
 use crate::distribution::Distribution;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
-use crate::limits::{HIGH_VIBRATION_MPS, LOST_SAMPLES, vibration_mps};
-use crate::rates::Rates;
+use crate::limits::{HIGH_VIBRATION_MPS, LOST_SAMPLES};
+use crate::rates::{AXES, Rates, Vibration};
 
 /// Longest time, s, between two faults of one event.
 const APART_S: f64 = 2.0;
@@ -43,10 +41,7 @@ pub(super) struct Inertial {
     scale: FullScale,
     integrity: Integrity,
     shaken: Spans,
-    /// Specific forces of the last two samples, m/s².
-    before: [Option<[f64; 3]>; 2],
-    /// Sums of squared second differences of the specific force.
-    bends: [f64; 3],
+    vibration: Vibration,
 }
 
 impl Inertial {
@@ -64,8 +59,7 @@ impl Inertial {
             },
             integrity: Integrity::NONE,
             shaken: Spans::apart(APART_S),
-            before: [None; 2],
-            bends: [0.0; 3],
+            vibration: Vibration::default(),
         }
     }
 
@@ -78,18 +72,11 @@ impl Inertial {
         }
         self.count += 1;
         self.last_s = time_s;
-        for (axis, repetitions) in self.repetitions.iter_mut().enumerate() {
-            repetitions.push(component(at, axis), at.time);
+        for (repetitions, value) in self.repetitions.iter_mut().zip(at.six()) {
+            repetitions.push(value, at.time);
         }
         self.shake(at, time_s);
-        if let [Some(a), Some(b)] = self.before {
-            let c = at.force_mps2;
-            for axis in 0..3 {
-                let bend = a[axis] - 2.0 * b[axis] + c[axis];
-                self.bends[axis] += bend * bend;
-            }
-        }
-        self.before = [self.before[1], Some(at.force_mps2)];
+        self.vibration.push(at);
     }
 
     /// Adds shocks, by the criterion of the filter.
@@ -130,21 +117,21 @@ impl Inertial {
         let share = missing / (missing + self.count as f64);
         if share > LOST_SAMPLES {
             let (start_s, end_s) = (self.first_s, self.last_s);
-            findings.push(Finding {
-                start_s,
-                end_s,
-                sensor: Sensor::InertialUnit,
-                kind: FindingKind::SamplesLost,
-                severity: Severity::Warning,
-                harm: None,
-                count: missing as usize,
-                words: format!(
-                    "inertial unit: {:.1} % of the samples are missing {}, {missing:.0} in all, as on a link that \
-                     loses packets: each loss turns vibration into velocity and attitude errors",
-                    100.0 * share,
-                    when(start_s, end_s),
-                ),
-            });
+            let words = format!(
+                "inertial unit: {:.1} % of the samples are missing {}, {missing:.0} in all, as on a link that \
+                 loses packets: each loss turns vibration into velocity and attitude errors",
+                100.0 * share,
+                when(start_s, end_s),
+            );
+            findings.push(
+                Finding::warning(
+                    Sensor::InertialUnit,
+                    FindingKind::SamplesLost,
+                    (start_s, end_s),
+                    words,
+                )
+                .of(missing as usize),
+            );
         }
     }
 
@@ -166,70 +153,70 @@ impl Inertial {
             let (start_s, end_s) = (first.start.seconds(), last.end.seconds());
             let axes: Vec<&str> = together.iter().map(|(axis, _)| AXES[*axis]).collect();
             let whose = if together.len() == 6 { "all axes".into() } else { axes.join(", ") };
-            findings.push(Finding {
-                start_s,
-                end_s,
-                sensor: Sensor::InertialUnit,
-                kind: FindingKind::StuckAxis,
-                severity: Severity::Warning,
-                harm: None,
-                count: last.last - first.first,
-                words: format!(
-                    "inertial unit stuck {}: {whose} repeated to the last digit for {:.2} s ({} samples), unlike the \
-                     readings before and after",
-                    when(start_s, end_s),
-                    end_s - start_s,
-                    last.last - first.first
-                ),
-            });
+            let words = format!(
+                "inertial unit stuck {}: {whose} repeated to the last digit for {:.2} s ({} samples), unlike the \
+                 readings before and after",
+                when(start_s, end_s),
+                end_s - start_s,
+                last.last - first.first
+            );
+            findings.push(
+                Finding::warning(
+                    Sensor::InertialUnit,
+                    FindingKind::StuckAxis,
+                    (start_s, end_s),
+                    words,
+                )
+                .of(last.last - first.first),
+            );
         }
     }
 
     fn shaken(&self, findings: &mut Vec<Finding>) {
         for Span { start_s, end_s, count, largest } in &self.shaken.found {
-            findings.push(Finding {
-                start_s: *start_s,
-                end_s: *end_s,
-                sensor: Sensor::InertialUnit,
-                kind: FindingKind::Shock,
-                severity: Severity::Warning,
-                harm: None,
-                count: *count,
-                words: format!(
-                    "inertial unit: shock far beyond its usual vibration {}, up to {largest:.0} m/s²: an impact or a \
-                     loose part; the filter has enlarged its uncertainty",
-                    when(*start_s, *end_s)
-                ),
-            });
+            let words = format!(
+                "inertial unit: shock far beyond its usual vibration {}, up to {largest:.0} m/s²: an impact or a \
+                 loose part; the filter has enlarged its uncertainty",
+                when(*start_s, *end_s)
+            );
+            findings.push(
+                Finding::warning(
+                    Sensor::InertialUnit,
+                    FindingKind::Shock,
+                    (*start_s, *end_s),
+                    words,
+                )
+                .of(*count),
+            );
         }
     }
 
     /// Finding for vibration that is too fast for the sample rate, with the velocity error it causes.
     fn vibration(&self, findings: &mut Vec<Finding>) {
         let Some(interval_s) = self.intervals.quantile(0.5) else { return };
-        let count = self.count.saturating_sub(2).max(1) as f64;
-        let strengths = self.bends.map(|squares| (squares / (6.0 * count)).sqrt());
-        let strongest = (0..3).max_by(|&a, &b| strengths[a].total_cmp(&strengths[b])).unwrap_or(0);
-        let walk_mps = vibration_mps(self.bends[strongest], count, interval_s);
+        let strengths = self.vibration.rms().unwrap_or_default();
+        let strongest = (3..6).max_by(|&a, &b| strengths[a].total_cmp(&strengths[b])).unwrap_or(3);
+        let walk_mps = self.vibration.velocity_error_mps(strongest, interval_s);
         let severity =
             if walk_mps > HIGH_VIBRATION_MPS { Severity::Warning } else { Severity::Info };
-        findings.push(Finding {
-            start_s: self.first_s,
-            end_s: self.last_s,
-            sensor: Sensor::InertialUnit,
-            kind: FindingKind::Vibration,
-            severity,
-            harm: None,
-            count: self.count,
-            words: format!(
-                "inertial unit: vibration is {} throughout ({} {:.2} m/s² rms between samples); the part too fast for \
-                 the sample rate of {:.0} Hz adds up to {walk_mps:.2} m/s in a second",
-                if severity == Severity::Warning { "high" } else { "moderate" },
-                AXES[3 + strongest],
-                strengths[strongest],
-                1.0 / interval_s,
-            ),
-        });
+        let words = format!(
+            "inertial unit: vibration is {} throughout ({} {:.2} m/s² rms between samples); the part too fast for \
+             the sample rate of {:.0} Hz adds up to {walk_mps:.2} m/s in a second",
+            if severity == Severity::Warning { "high" } else { "moderate" },
+            AXES[strongest],
+            strengths[strongest],
+            1.0 / interval_s,
+        );
+        findings.push(
+            Finding::warning(
+                Sensor::InertialUnit,
+                FindingKind::Vibration,
+                (self.first_s, self.last_s),
+                words,
+            )
+            .severity(severity)
+            .of(self.count),
+        );
     }
 }
 
@@ -275,16 +262,12 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     ),
                     _ => "the inertial sample would have moved it off the Earth".to_owned(),
                 };
-                findings.push(Finding {
-                    start_s: time_s,
-                    end_s: time_s,
-                    sensor: Sensor::Filter,
-                    kind: FindingKind::Reset,
-                    severity: Severity::Warning,
-                    harm: None,
-                    count: 1,
-                    words: format!("filter reset at {time_s:.1} s: {why}"),
-                });
+                findings.push(Finding::warning(
+                    Sensor::Filter,
+                    FindingKind::Reset,
+                    (time_s, time_s),
+                    format!("filter reset at {time_s:.1} s: {why}"),
+                ));
                 continue;
             }
             Notice::SampleRefused { time, fault } => {
@@ -301,20 +284,17 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             _ => continue,
         };
         let (start_s, end_s) = (time.seconds() - length_s, time.seconds());
-        findings.push(Finding {
-            start_s,
-            end_s,
-            sensor: Sensor::InertialUnit,
-            kind: FindingKind::Gap,
-            severity: Severity::Warning,
-            harm: None,
-            count: 1,
-            words: format!(
-                "inertial unit: gap of {length_s:.2} s in the samples from {start_s:.2} to {end_s:.2} s, \
-                 {response}{}",
-                log.cost(start_s - 0.01, end_s)
-            ),
-        });
+        let words = format!(
+            "inertial unit: gap of {length_s:.2} s in the samples from {start_s:.2} to {end_s:.2} s, \
+             {response}{}",
+            log.cost(start_s - 0.01, end_s)
+        );
+        findings.push(Finding::warning(
+            Sensor::InertialUnit,
+            FindingKind::Gap,
+            (start_s, end_s),
+            words,
+        ));
     }
     let what = [
         (FindingKind::Stuck, "all readings repeated to the last digit, so it was not measuring"),
@@ -336,19 +316,13 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         for Span { start_s, end_s, count, .. } in spans(moments, APART_S) {
             let held = held(log, end_s - start_s, count).filter(|_| kind == FindingKind::Stuck);
             let what = held.as_deref().unwrap_or(what);
-            findings.push(Finding {
-                start_s,
-                end_s,
-                sensor: Sensor::InertialUnit,
-                kind,
-                severity: Severity::Warning,
-                harm: None,
-                count,
-                words: format!(
-                    "inertial unit {}: {what}; {count} samples were ignored",
-                    when(start_s, end_s)
-                ),
-            });
+            let words = format!(
+                "inertial unit {}: {what}; {count} samples were ignored",
+                when(start_s, end_s)
+            );
+            findings.push(
+                Finding::warning(Sensor::InertialUnit, kind, (start_s, end_s), words).of(count),
+            );
         }
     }
 }

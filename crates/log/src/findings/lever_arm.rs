@@ -2,8 +2,9 @@
 
 use hovernav::ekf::{Channel, Notice};
 use hovernav::frames::{Body, Vector};
+use hovernav::time::Time;
 
-use super::Judged;
+use super::judged::Judged;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Smallest error of the lever arm, m, that is a warning.
@@ -18,16 +19,10 @@ const OUTLIER: f64 = 4.0;
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let Some((size, words)) = found(log).or_else(|| left(log)) else { return };
     let (start_s, end_s) = log.span_s().unwrap_or_default();
-    findings.push(Finding {
-        start_s,
-        end_s,
-        sensor: Sensor::Gps,
-        kind: FindingKind::LeverArm,
-        severity: if size < LEAST_M { Severity::Info } else { Severity::Warning },
-        harm: None,
-        count: 1,
-        words,
-    });
+    findings.push(
+        Finding::warning(Sensor::Gps, FindingKind::LeverArm, (start_s, end_s), words)
+            .severity(if size < LEAST_M { Severity::Info } else { Severity::Warning }),
+    );
 }
 
 /// Size of the antenna offset that the filter has estimated, m, with the sentence of the finding. The innovations no
@@ -81,10 +76,9 @@ fn missing_arm(log: &Judged<'_>) -> Option<(Vector<Body>, f64)> {
     let mut known = [0.0; 3];
     let (mut squares, mut count) = (0.0, 0.0);
     let mut before: Option<(f64, [[f64; 3]; 3])> = None;
-    for notice in &log.run.notices {
-        let Notice::Updated(report) = notice else { continue };
-        let Some(first) = report.innovations().next() else { continue };
-        let Some(solution) = log.solution_at(first.time.seconds()) else { continue };
+    for report in log.run.reports() {
+        let Some(time_s) = report.time().map(Time::seconds) else { continue };
+        let Some(solution) = log.solution_at(time_s) else { continue };
         let rate = solution.angular_rate_radps;
         let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(Vector::from);
         let place = unit.map(|axis| (solution.body_to_ned * axis).to_array());
@@ -92,7 +86,6 @@ fn missing_arm(log: &Judged<'_>) -> Option<(Vector<Body>, f64)> {
         if !report.innovations().any(|axis| axis.channel == Channel::PositionNorth) {
             continue;
         }
-        let time_s = first.time.seconds();
         let last = before.replace((time_s, place));
         let Some((_, earlier)) = last.filter(|(then_s, _)| time_s - then_s < LONGEST_S) else {
             continue;

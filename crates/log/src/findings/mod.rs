@@ -12,18 +12,17 @@ mod gates;
 mod ground;
 mod heading;
 mod inertial;
+mod judged;
 mod lever_arm;
 mod slow;
 pub(crate) mod spans;
 mod steps;
 mod timing;
 mod understated;
-mod unit;
 mod unused;
 mod walk;
 mod wheels;
 
-use hovernav::ekf::Solution;
 use hovernav::imu::ImuSample;
 
 use crate::dataset::Dataset;
@@ -36,6 +35,7 @@ use absent::OfUnit;
 use ends::Ends;
 use heading::FieldStrength;
 use inertial::Inertial;
+use judged::Judged;
 use steps::Witness;
 use timing::MeasuredVelocity;
 
@@ -127,57 +127,5 @@ impl Looked {
             apart.iter().for_each(|(time, field_gauss)| field.look_again(*time, *field_gauss));
         }
         Self { inertial, ends, field, witness, measured, setup, of_unit }
-    }
-}
-
-/// A log, and a run over it.
-#[derive(Clone, Copy)]
-struct Judged<'a> {
-    dataset: &'a Dataset,
-    run: &'a Run,
-}
-
-impl Judged<'_> {
-    /// The solution at `time_s`, or the first one after it.
-    fn solution_at(&self, time_s: f64) -> Option<&Solution> {
-        let solutions = &self.run.solutions;
-        let index = solutions.partition_point(|solution| solution.time.seconds() < time_s);
-        solutions.get(index)
-    }
-
-    /// One-sigma of horizontal position, m, and horizontal velocity, m/s, at a time.
-    fn sigmas_at(&self, time_s: f64) -> Option<(f64, f64)> {
-        let solution = self.solution_at(time_s).or(self.run.solutions.last())?;
-        let horizontal = |[north, east, _]: [f64; 3]| north.hypot(east);
-        Some((
-            horizontal(solution.position_sigma_m.to_array()),
-            horizontal(solution.velocity_sigma_mps.to_array()),
-        ))
-    }
-
-    /// Change of the one-sigmas over a span, as the end of a sentence; empty without solutions.
-    fn cost(&self, start_s: f64, end_s: f64) -> String {
-        let Some((before, after)) = self.sigmas_at(start_s).zip(self.sigmas_at(end_s)) else {
-            return String::new();
-        };
-        format!(
-            "; position one-sigma went from {:.1} to {:.1} m, velocity one-sigma from {:.2} to {:.2} m/s",
-            before.0, after.0, before.1, after.1
-        )
-    }
-
-    /// First and last time of the solution, s.
-    fn span_s(&self) -> Option<(f64, f64)> {
-        let solutions = &self.run.solutions;
-        Some((solutions.first()?.time.seconds(), solutions.last()?.time.seconds()))
-    }
-}
-
-/// "at 3.0 s" or "from 3.0 to 5.0 s".
-fn when(start_s: f64, end_s: f64) -> String {
-    if end_s - start_s < 0.05 {
-        format!("at {start_s:.1} s")
-    } else {
-        format!("from {start_s:.1} to {end_s:.1} s")
     }
 }

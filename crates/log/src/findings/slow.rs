@@ -1,9 +1,10 @@
 //! Bias steps, from the filter's own bias estimates.
 
-use hovernav::ekf::Notice;
+use hovernav::time::Time;
 
-use super::{Judged, when};
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use super::judged::Judged;
+use super::spans::when;
+use crate::finding::{Finding, FindingKind, Sensor};
 
 /// Longest time between the two compared values of a bias, s.
 const OVER_S: f64 = 20.0;
@@ -19,16 +20,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let solutions = &log.run.solutions;
     let Some(first) = solutions.first() else { return };
     // Steps for which the filter itself has enlarged its bias uncertainty are judged in `steps`.
-    let suspect: Vec<f64> = log
-        .run
-        .notices
-        .iter()
-        .filter_map(|notice| match notice {
-            Notice::Updated(report) if report.biases_were_opened() => report.innovations().next(),
-            _ => None,
-        })
-        .map(|axis| axis.time.seconds())
-        .collect();
+    let opened = log.run.reports().filter(|report| report.biases_were_opened());
+    let suspect: Vec<f64> = opened.filter_map(|report| report.time().map(Time::seconds)).collect();
     // Two solutions a second are enough.
     let mut coarse = Vec::new();
     let mut next_s = first.time.seconds() + OVER_S;
@@ -72,23 +65,20 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 }
             }
             let Some((start_s, end_s, change, sigma)) = largest else { continue };
-            findings.push(Finding {
-                start_s,
-                end_s,
-                sensor: Sensor::InertialUnit,
-                kind: FindingKind::BiasStep,
-                severity: Severity::Warning,
-                harm: None,
-                count: 1,
-                words: format!(
-                    "{what} bias of axis {} changed by {:.3} {unit} {}, with a one-sigma of {:.3}: the sensor \
-                     stepped, or the filter attributes another error to it",
-                    ["x", "y", "z"][axis],
-                    change * scale,
-                    when(start_s, end_s),
-                    sigma * scale
-                ),
-            });
+            let words = format!(
+                "{what} bias of axis {} changed by {:.3} {unit} {}, with a one-sigma of {:.3}: the sensor \
+                 stepped, or the filter attributes another error to it",
+                ["x", "y", "z"][axis],
+                change * scale,
+                when(start_s, end_s),
+                sigma * scale
+            );
+            findings.push(Finding::warning(
+                Sensor::InertialUnit,
+                FindingKind::BiasStep,
+                (start_s, end_s),
+                words,
+            ));
         }
     }
 }

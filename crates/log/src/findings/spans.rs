@@ -13,6 +13,27 @@ pub(crate) struct Span {
     pub largest: f64,
 }
 
+impl Span {
+    /// Start and end, s.
+    pub fn bounds_s(&self) -> (f64, f64) {
+        (self.start_s, self.end_s)
+    }
+
+    /// The time in words, as in [`when`].
+    pub fn when(&self) -> String {
+        when(self.start_s, self.end_s)
+    }
+}
+
+/// "at 3.0 s" or "from 3.0 to 5.0 s".
+pub(super) fn when(start_s: f64, end_s: f64) -> String {
+    if end_s - start_s < 0.05 {
+        format!("at {start_s:.1} s")
+    } else {
+        format!("from {start_s:.1} to {end_s:.1} s")
+    }
+}
+
 /// Spans of events `(time, size)` in order of time. An event at most `apart_s` after the previous one is in the same
 /// span.
 pub(crate) fn spans(moments: impl IntoIterator<Item = (f64, f64)>, apart_s: f64) -> Vec<Span> {

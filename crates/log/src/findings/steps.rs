@@ -3,9 +3,10 @@
 
 use hovernav::ekf::{Notice, Solution, Unusable};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
+use hovernav::time::Time;
 
-use super::Judged;
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use super::judged::Judged;
+use crate::finding::{Finding, FindingKind, Sensor};
 use crate::rates::Rates;
 use crate::statistics::quantile;
 
@@ -179,18 +180,10 @@ fn force_excess(
 
 /// Adds the steps that the filter has estimated, according to its biases within [`ABSORBED_S`].
 fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let solutions = &log.run.solutions;
-    let at = |time_s: f64| {
-        let index = solutions.partition_point(|solution| solution.time.seconds() < time_s);
-        solutions.get(index)
-    };
+    let at = |time_s: f64| log.solution_at(time_s);
     let mut told_s = f64::NEG_INFINITY;
-    for notice in &log.run.notices {
-        let Notice::Updated(report) = notice else { continue };
-        let Some(axis) = report.innovations().next().filter(|_| report.biases_were_opened()) else {
-            continue;
-        };
-        let time_s = axis.time.seconds();
+    for report in log.run.reports().filter(|report| report.biases_were_opened()) {
+        let Some(time_s) = report.time().map(Time::seconds) else { continue };
         let (Some(before), Some(after), Some(later)) =
             (at(time_s - 0.5), at(time_s + ABSORBED_S), at(time_s + 2.0 * ABSORBED_S))
         else {
@@ -230,20 +223,17 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             continue;
         }
         told_s = time_s;
-        findings.push(Finding {
-            start_s: time_s,
-            end_s: time_s + ABSORBED_S,
-            sensor: Sensor::InertialUnit,
-            kind: FindingKind::BiasStep,
-            severity: Severity::Warning,
-            harm: None,
-            count: 1,
-            words: format!(
-                "inertial unit: bias stepped before {time_s:.0} s according to the fixes ({}): a sensor fault or a \
-                 temperature change; the filter has estimated the new bias",
-                named.join(", ")
-            ),
-        });
+        let words = format!(
+            "inertial unit: bias stepped before {time_s:.0} s according to the fixes ({}): a sensor fault or a \
+             temperature change; the filter has estimated the new bias",
+            named.join(", ")
+        );
+        findings.push(Finding::warning(
+            Sensor::InertialUnit,
+            FindingKind::BiasStep,
+            (time_s, time_s + ABSORBED_S),
+            words,
+        ));
     }
 }
 
@@ -300,20 +290,17 @@ fn step(
         if !is_followed(axis, time_s, change) {
             continue;
         }
-        findings.push(Finding {
-            start_s: time_s - MEAN_S,
-            end_s: time_s + MEAN_S,
-            sensor: Sensor::InertialUnit,
-            kind: FindingKind::BiasStep,
-            severity: Severity::Warning,
-            harm: None,
-            count: 1,
-            words: format!(
-                "{what} bias of axis {} stepped by {:.2} {unit} at about {time_s:.0} s, according to the unit's own \
-                 attitude and the fixes: a sensor fault or a temperature change",
-                ["x", "y", "z"][axis],
-                change * scale
-            ),
-        });
+        let words = format!(
+            "{what} bias of axis {} stepped by {:.2} {unit} at about {time_s:.0} s, according to the unit's own \
+             attitude and the fixes: a sensor fault or a temperature change",
+            ["x", "y", "z"][axis],
+            change * scale
+        );
+        findings.push(Finding::warning(
+            Sensor::InertialUnit,
+            FindingKind::BiasStep,
+            (time_s - MEAN_S, time_s + MEAN_S),
+            words,
+        ));
     }
 }

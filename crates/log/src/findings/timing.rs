@@ -5,7 +5,7 @@
 
 use hovernav::frames::Vector;
 
-use super::Judged;
+use super::judged::Judged;
 use crate::comparisons::FixTally;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 use crate::limits::DRIFTED_S;
@@ -72,20 +72,17 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
     if let Some(drift) = measured.drift(&reported) {
         let percent = 100.0 * drift.abs();
         let fast = if drift < 0.0 { "fast" } else { "slow" };
-        findings.push(Finding {
-            start_s,
-            end_s,
-            sensor: Sensor::InertialUnit,
-            kind: FindingKind::ClockRate,
-            severity: Severity::Warning,
-            harm: None,
-            count: 1,
-            words: format!(
-                "inertial unit: its clock runs {percent:.2} % {fast} against the clock of the fixes, by their \
-                 accelerations: rates, forces and the times of all fixes are off; stamp samples with a correct clock, \
-                 not by counting them"
-            ),
-        });
+        let words = format!(
+            "inertial unit: its clock runs {percent:.2} % {fast} against the clock of the fixes, by their \
+             accelerations: rates, forces and the times of all fixes are off; stamp samples with a correct clock, \
+             not by counting them"
+        );
+        findings.push(Finding::warning(
+            Sensor::InertialUnit,
+            FindingKind::ClockRate,
+            (start_s, end_s),
+            words,
+        ));
         // A growing delay cannot be declared.
         return;
     }
@@ -136,16 +133,15 @@ pub(super) fn find(log: &Judged<'_>, measured: &MeasuredVelocity, findings: &mut
     } else {
         return;
     };
-    findings.push(Finding {
-        start_s,
-        end_s,
-        sensor: Sensor::Gps,
-        kind: FindingKind::TimeOffset,
-        severity: if is_off { Severity::Warning } else { Severity::Info },
-        harm: None,
-        count: 1,
-        words: format!("gps time offset: {what}"),
-    });
+    findings.push(
+        Finding::warning(
+            Sensor::Gps,
+            FindingKind::TimeOffset,
+            (start_s, end_s),
+            format!("gps time offset: {what}"),
+        )
+        .severity(if is_off { Severity::Warning } else { Severity::Info }),
+    );
 }
 
 /// Horizontal velocity, up to a constant: integral of the measured specific force in the attitude of a run.

@@ -1,7 +1,8 @@
 //! A receiver whose positions or velocities scatter more than the one-sigmas it states.
 
-use super::{Judged, when};
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use super::judged::Judged;
+use super::spans::when;
+use crate::finding::{Finding, FindingKind, Sensor};
 
 /// Ratio of the used to the stated one-sigmas above which the stated ones are too small. For correct ones the ratio
 /// reaches 1.2, because part of the error drifts.
@@ -19,19 +20,14 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         if times < UNDERSTATED || 2 * count <= fixes.len() {
             continue;
         }
-        findings.push(Finding {
-            start_s,
-            end_s,
-            sensor: Sensor::Gps,
-            kind: FindingKind::Understated,
-            severity: Severity::Warning,
-            harm: None,
-            count,
-            words: format!(
-                "gps understates the one-sigmas of its {what} {}: the filter used {times:.1} times the stated ones on \
-                 average, by the scatter of the {what}; it may have rejected good ones before",
-                when(start_s, end_s)
-            ),
-        });
+        let words = format!(
+            "gps understates the one-sigmas of its {what} {}: the filter used {times:.1} times the stated ones on \
+             average, by the scatter of the {what}; it may have rejected good ones before",
+            when(start_s, end_s)
+        );
+        findings.push(
+            Finding::warning(Sensor::Gps, FindingKind::Understated, (start_s, end_s), words)
+                .of(count),
+        );
     }
 }

@@ -4,9 +4,9 @@ use std::ops::RangeInclusive;
 
 use hovernav::ekf::{Aid, Notice, ResetCause, Unusable};
 
+use super::judged::Judged;
 use super::spans::spans;
-use super::{Judged, when};
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use crate::finding::{Finding, FindingKind, Sensor};
 
 /// Longest time, s, between two unused readings of one event.
 const APART_S: f64 = 5.0;
@@ -92,27 +92,21 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                     continue;
                 }
                 let samples_ended = reason == Unusable::AheadOfImu && span.start_s >= ended_s;
-                findings.push(Finding {
-                    start_s: span.start_s,
-                    end_s: span.end_s,
-                    sensor,
-                    kind: kind(reason),
-                    severity: Severity::Warning,
-                    harm: None,
-                    count: span.count,
-                    words: format!(
-                        "{sensor}: {} {aid} readings not used {}: {}",
-                        span.count,
-                        when(span.start_s, span.end_s),
-                        if samples_ended {
-                            "the inertial samples had ended"
-                        } else if of_gaps {
-                            "the inertial samples were missing, and these readings too old when the samples resumed"
-                        } else {
-                            in_words(reason)
-                        }
-                    ),
-                });
+                let words = format!(
+                    "{sensor}: {} {aid} readings not used {}: {}",
+                    span.count,
+                    span.when(),
+                    if samples_ended {
+                        "the inertial samples had ended"
+                    } else if of_gaps {
+                        "the inertial samples were missing, and these readings too old when the samples resumed"
+                    } else {
+                        in_words(reason)
+                    }
+                );
+                findings.push(
+                    Finding::warning(sensor, kind(reason), span.bounds_s(), words).of(span.count),
+                );
             }
         }
     }

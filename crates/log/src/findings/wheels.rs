@@ -2,7 +2,7 @@
 
 use hovernav::ekf::Notice;
 
-use super::Judged;
+use super::judged::Judged;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
@@ -15,18 +15,18 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     while let Some((start_s, held)) = notices.next() {
         let Some(sigma_mps) = held else { continue };
         let off_s = notices.next().map(|(off_s, _)| off_s);
-        findings.push(Finding {
-            start_s,
-            end_s: off_s.unwrap_or(end_s),
-            sensor: Sensor::Vehicle,
-            kind: FindingKind::OnWheels,
-            severity: Severity::Info,
-            harm: None,
-            count: 1,
-            words: format!(
-                "the vehicle rolls on wheels, known from {start_s:.0} s on: without fixes the filter \
-                 constrains its velocity sideways and off the road to zero, one-sigma {sigma_mps:.2} m/s"
-            ),
-        });
+        let words = format!(
+            "the vehicle rolls on wheels, known from {start_s:.0} s on: without fixes the filter \
+             constrains its velocity sideways and off the road to zero, one-sigma {sigma_mps:.2} m/s"
+        );
+        findings.push(
+            Finding::warning(
+                Sensor::Vehicle,
+                FindingKind::OnWheels,
+                (start_s, off_s.unwrap_or(end_s)),
+                words,
+            )
+            .severity(Severity::Info),
+        );
     }
 }

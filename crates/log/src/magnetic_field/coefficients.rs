@@ -8,7 +8,17 @@
 //! (doi:10.25923/ytk1-yx35) and *for 2025–2030* (doi:10.25923/prbc-s316), files `WMM.COF`: works of
 //! the United States Government, not subject to copyright.
 
-use super::Model;
+/// Largest degree and order of the model.
+pub(super) const DEGREE: usize = 12;
+
+/// Coefficients of spherical harmonics, valid for five years.
+pub(super) struct Model {
+    /// The decimal year of the coefficients.
+    pub epoch: f64,
+    /// Coefficients g and h, nT, and their changes ġ and ḣ, nT a year. The order is by degree n from 1 on, then by
+    /// order m from 0 to n.
+    pub coefficients: [[f64; 4]; DEGREE * (DEGREE + 3) / 2],
+}
 
 /// Valid from 2020.0 to 2025.0.
 #[rustfmt::skip]

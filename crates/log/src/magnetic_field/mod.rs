@@ -4,7 +4,7 @@ mod coefficients;
 #[cfg(test)]
 mod tests;
 
-use coefficients::{WMM2020, WMM2025};
+use coefficients::{DEGREE, Model, WMM2020, WMM2025};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
 
@@ -111,18 +111,6 @@ pub fn decimal_year(year: u16, month: u8, day: u8) -> f64 {
     let days =
         BEFORE_MONTH[month - 1] + u16::from(is_leap && month > 2) + u16::from(day.max(1)) - 1;
     f64::from(year) + f64::from(days) / if is_leap { 366.0 } else { 365.0 }
-}
-
-/// Largest degree and order of the model.
-const DEGREE: usize = 12;
-
-/// Coefficients of spherical harmonics, valid for five years.
-struct Model {
-    /// The decimal year of the coefficients.
-    epoch: f64,
-    /// Coefficients g and h, nT, and their changes ġ and ḣ, nT a year. The order is by degree n from 1 on, then by
-    /// order m from 0 to n.
-    coefficients: [[f64; 4]; DEGREE * (DEGREE + 3) / 2],
 }
 
 impl Model {

@@ -1,6 +1,6 @@
 //! Search for the right set-up, with which the fixes become consistent with a run.
 
-use hovernav::ekf::{Aid, Channel, EstimatorConfig, Notice, Verdict};
+use hovernav::ekf::{Aid, Channel, EstimatorConfig, Verdict};
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::Motion;
 
@@ -136,8 +136,7 @@ fn without(aid: Aid, config: &EstimatorConfig, part: &Dataset) -> Option<Estimat
 fn disagreement(run: &Run) -> Option<[f64; 2]> {
     let (mut sum, mut count) = (0.0, 0.0);
     let mut opened_until_s = f64::NEG_INFINITY;
-    for notice in &run.notices {
-        let Notice::Updated(report) = notice else { continue };
+    for report in run.reports() {
         for axis in report.innovations() {
             if report.biases_were_opened() {
                 opened_until_s = axis.time.seconds() + OPENED_S;
@@ -239,14 +238,17 @@ impl Trial {
 /// consistent already, or if no single source makes them so.
 ///
 /// Runs the estimator over a part of the log up to four times, but only if the fixes contradict `run`.
-#[must_use]
-pub fn denied_aid(dataset: &Dataset, config: &EstimatorConfig, run: &Run) -> Option<SetupFinding> {
+pub(crate) fn denied_aid(
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    run: &Run,
+) -> Option<SetupFinding> {
     Trial::of(dataset, config, run)?.denied_aid()
 }
 
-/// Set-up with which the fixes become consistent with the run. It ignores one [source of heading](denied_aid), or has
-/// other signs or axes of the inertial unit. `None` if the fixes are consistent already, or with no other set-up. Axes
-/// that put the vehicle on its back are never proposed.
+/// Set-up with which the fixes become consistent with the run. It ignores one source of heading, or has other signs or
+/// axes of the inertial unit. `None` if the fixes are consistent already, or with no other set-up. Axes that put the
+/// vehicle on its back are never proposed.
 ///
 /// Runs the estimator over a part of the log a dozen times, but only if the fixes contradict `run`.
 #[must_use]

@@ -1,10 +1,11 @@
 //! Check of gravity: size and direction of the mean specific force.
 
+use hovernav::earth::STANDARD_GRAVITY_MPS2 as G;
 use hovernav::gps::Fix;
 use hovernav::setup::ForceScale;
 use hovernav::time::Time;
 
-use super::{G, norm};
+use super::regression::norm;
 use crate::finding::{Sensor, SetupFinding};
 use crate::rates::Rates;
 use crate::statistics::quantile;

@@ -1,6 +1,6 @@
 //! Check of the magnetic field against the World Magnetic Model.
 
-use super::norm;
+use super::regression::norm;
 use crate::dataset::Dataset;
 use crate::distribution::Distribution;
 use crate::finding::{Sensor, SetupFinding};

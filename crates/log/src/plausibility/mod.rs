@@ -18,8 +18,6 @@ mod unmeasured;
 
 use std::path::Path;
 
-use hovernav::earth::STANDARD_GRAVITY_MPS2;
-
 use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::finding::{Sensor, SetupFinding};
@@ -32,7 +30,8 @@ use hovernav::imu::ImuSample;
 use hovernav::setup::{SetupCheck, SetupFault};
 use magnetic::Field;
 
-pub use alternatives::{alternative, denied_aid};
+pub use alternatives::alternative;
+pub(crate) use alternatives::denied_aid;
 pub(crate) use regression::Scale;
 pub(crate) use unmeasured::Unmeasured;
 
@@ -130,9 +129,3 @@ fn in_degrees(fault: &SetupFault) -> Option<SetupFinding> {
         mend: "write gyro_unit = \"degps\" under [imu] in dataset.toml".into(),
     })
 }
-
-fn norm<const D: usize>(vector: [f64; D]) -> f64 {
-    vector.into_iter().fold(0.0, f64::hypot)
-}
-
-const G: f64 = STANDARD_GRAVITY_MPS2;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use hovernav::gps::Fix;
 
-use super::norm;
+use super::regression::norm;
 use crate::statistics::quantile;
 
 /// Acceleration between positions beyond which a part is implausible, m/s² rms.

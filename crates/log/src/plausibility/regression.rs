@@ -1,6 +1,5 @@
 //! Linear regressions from measured to expected values.
 
-use super::norm;
 use crate::statistics::quantile;
 
 /// Least squares of `M x + b = y`, gathered pair by pair.
@@ -207,6 +206,11 @@ impl<const D: usize> Regression<D> {
         };
         Some(sizes.iter().map(against).collect())
     }
+}
+
+/// Length of a vector.
+pub(super) fn norm<const D: usize>(vector: [f64; D]) -> f64 {
+    vector.into_iter().fold(0.0, f64::hypot)
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use hovernav::gps::Fix;
 
-use super::norm;
+use super::regression::norm;
 use crate::finding::{Sensor, SetupFinding};
 use crate::statistics::quantile;
 

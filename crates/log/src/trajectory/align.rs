@@ -1,6 +1,6 @@
 //! Alignment of a trajectory with a reference, by a turn about the vertical and a displacement.
 
-use super::Trajectory;
+use super::poses::Trajectory;
 use crate::reference::Reference;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, Ned, Rotation, Vector};

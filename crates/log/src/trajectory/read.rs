@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
-use super::{LocalAxes, Trajectory, unknown};
+use super::poses::{LocalAxes, Trajectory, unknown};
 use crate::clock::Rows;
 use crate::clock_steps::ClockSteps;
 use crate::error::{LogError, excerpt};
 use crate::number::{parse_number, parse_time};
-use crate::possible_motion::{TOO_FAST, ensure_motion};
+use crate::possible_motion::{MotionColumns, TOO_FAST};
 use crate::remarks::Remarks;
 use crate::solution::COLUMNS;
 use crate::table::{LARGEST_BYTES, Table};
@@ -22,30 +22,39 @@ const FASTEST_MPS: f64 = 11_200.0;
 /// The diameter of the Earth, m.
 const FURTHEST_M: f64 = 1.2756e7;
 
-pub(super) fn open(path: &Path, axes: LocalAxes) -> Result<Trajectory, LogError> {
-    let bytes = read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?;
-    let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let mut remarks = Remarks::new(file);
-    let head = bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii).find(|l| !l.is_empty());
-    let is_table = head.is_some_and(|head| {
-        let mut names = head.split(|&byte| byte == b',').map(<[u8]>::trim_ascii);
-        names.any(|name| name.trim_ascii_start().ends_with(b"t_s"))
-    });
-    let mut origin = None;
-    let (solutions, local_m) = if is_table {
-        let table = Table::parse(path.to_path_buf(), bytes)?;
-        (of_table(table, &mut remarks)?, Vec::new())
-    } else {
-        let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
-        origin = head.and_then(origin_of);
-        of_lines(path, text, axes, &mut remarks)?.into_iter().unzip()
-    };
-    if solutions.is_empty() {
-        let reason =
-            "found no usable row, expected a trajectory: solution.csv, TUM or EuRoC".into();
-        return Err(LogError::Unusable { path: path.to_path_buf(), reason });
+impl Trajectory {
+    /// Reads a trajectory from `path`. It is a `solution.csv` or `reference.csv`, recognised by its header, or a TUM or
+    /// EuRoC file in `axes`. TUM files have `t x y z qx qy qz qw`, separated by blanks. EuRoC files have nanoseconds,
+    /// position, quaternion w x y z, and optionally velocity, separated by commas.
+    ///
+    /// # Errors
+    /// [`LogError`] if the file cannot be read or has none of these forms, with line and column.
+    pub fn open(path: &Path, axes: LocalAxes) -> Result<Self, LogError> {
+        let bytes = read_bytes(path, LARGEST_BYTES).map_err(LogError::io(path))?;
+        let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut remarks = Remarks::new(file);
+        let head =
+            bytes.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii).find(|l| !l.is_empty());
+        let is_table = head.is_some_and(|head| {
+            let mut names = head.split(|&byte| byte == b',').map(<[u8]>::trim_ascii);
+            names.any(|name| name.trim_ascii_start().ends_with(b"t_s"))
+        });
+        let mut origin = None;
+        let (solutions, local_m) = if is_table {
+            let table = Table::parse(path.to_path_buf(), bytes)?;
+            (of_table(table, &mut remarks)?, Vec::new())
+        } else {
+            let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes);
+            origin = head.and_then(origin_of);
+            of_lines(path, text, axes, &mut remarks)?.into_iter().unzip()
+        };
+        if solutions.is_empty() {
+            let reason =
+                "found no usable row, expected a trajectory: solution.csv, TUM or EuRoC".into();
+            return Err(LogError::Unusable { path: path.to_path_buf(), reason });
+        }
+        Ok(Self { solutions, local_m, origin, warnings: remarks.into_warnings().collect() })
     }
-    Ok(Trajectory { solutions, local_m, origin, warnings: remarks.into_warnings().collect() })
 }
 
 /// The origin in the first line of our own TUM export, `# east, north, up from LAT LON HEIGHT (…`.
@@ -59,27 +68,14 @@ fn origin_of(head: &[u8]) -> Option<Geodetic> {
 }
 
 fn of_table(mut table: Table, remarks: &mut Remarks) -> Result<Vec<Solution>, LogError> {
-    let [time] = table.require(["t_s"])?;
-    let columns: Vec<Option<usize>> =
-        COLUMNS[1..].iter().map(|name| table.find([name]).map(|[column]| column)).collect();
-    if columns[..9].iter().all(Option::is_none) {
+    let columns = MotionColumns::<30>::find(&mut table)?;
+    if !columns.any_motion() {
         return Err(table.columns_missing(&COLUMNS[1..10].join(" or ")));
     }
     let mut rows = Rows::new();
     while let Some(row) = table.next(remarks)? {
-        let Some(time) = row.time(time)? else {
-            remarks.count("skipped: no time", row.line);
-            continue;
-        };
-        let mut values = [f64::NAN; 30];
-        for (value, column) in values.iter_mut().zip(&columns) {
-            if let Some(column) = *column {
-                *value = row.number(column)?;
-            }
-        }
-        match ensure_motion(&mut values, FASTEST_MPS, row.line, remarks) {
-            Ok(()) => rows.push(row.line, of_values(time, &values)),
-            Err(why) => remarks.count(why, row.line),
+        if let Some((time, values)) = columns.read(&row, FASTEST_MPS, remarks)? {
+            rows.push(row.line, of_values(time, &values));
         }
     }
     let steps = &mut ClockSteps::default();
