@@ -211,7 +211,7 @@ impl SetPoint {
     fn core(&self) -> Result<CoreSetPoint, Status> {
         let hold_at = |heading_rad| {
             Geodetic::from_degrees(self.latitude_deg, self.longitude_deg, self.height_m)
-                .map(|position| CoreSetPoint::Place { position, heading_rad })
+                .map(|position| CoreSetPoint::Position { position, heading_rad })
                 .ok_or(Status::SetPointRefused)
         };
         match self.kind {

@@ -265,7 +265,7 @@ const fn axis(core: &CoreInnovation) -> Innovation {
         verdict: match core.verdict {
             CoreVerdict::Accepted => Verdict::Accepted,
             CoreVerdict::Rejected => Verdict::Rejected,
-            CoreVerdict::Reopened => Verdict::Reopened,
+            CoreVerdict::Reset => Verdict::Reopened,
         },
         innovation: core.innovation,
         sigma: core.sigma,
@@ -295,12 +295,12 @@ const fn unusable(reason: Unusable) -> UnusedReason {
         Unusable::TooTilted => UnusedReason::TooTilted,
         Unusable::Stuck => UnusedReason::Stuck,
         Unusable::WrongBaseline => UnusedReason::WrongBaseline,
-        Unusable::Reversed => UnusedReason::Reversed,
-        Unusable::TurnsOtherwise => UnusedReason::TurnsOtherwise,
+        Unusable::BaselineReversed => UnusedReason::Reversed,
+        Unusable::InconsistentWithGyros => UnusedReason::TurnsOtherwise,
         Unusable::Outlier => UnusedReason::Outlier,
-        Unusable::FieldTooSteep => UnusedReason::FieldTooSteep,
+        Unusable::HorizontalFieldTooWeak => UnusedReason::FieldTooSteep,
         Unusable::NotLevelled => UnusedReason::NotLevelled,
-        Unusable::NothingNew => UnusedReason::NothingNew,
+        Unusable::RepeatedReading => UnusedReason::NothingNew,
         Unusable::TooSoon => UnusedReason::TooSoon,
         Unusable::NoState => UnusedReason::NoState,
         Unusable::NotAligned => UnusedReason::NotAligned,
@@ -362,26 +362,26 @@ impl From<&CoreNotice> for Notice {
                 sigma: sigma_rad,
                 ..Self::at(NoticeKind::HeadingReset, time)
             },
-            CoreNotice::HeadingDoubted { time, off_rad, sigma_rad } => Self {
+            CoreNotice::HeadingSuspect { time, off_rad, sigma_rad } => Self {
                 value: off_rad,
                 sigma: sigma_rad,
                 ..Self::at(NoticeKind::HeadingDoubted, time)
             },
-            CoreNotice::FieldDisturbed { time, share, sigma_rad, .. } => Self {
+            CoreNotice::MagneticFieldDisturbed { time, share, sigma_rad, .. } => Self {
                 value: share,
                 sigma: sigma_rad,
                 ..Self::at(NoticeKind::FieldDisturbed, time)
             },
-            CoreNotice::AntennaElsewhere { time, offset_m, sigma_m } => Self {
+            CoreNotice::AntennaOffsetFound { time, offset_m, sigma_m } => Self {
                 value: offset_m.norm(),
                 sigma: sigma_m,
                 ..Self::at(NoticeKind::AntennaElsewhere, time)
             },
-            CoreNotice::OnWheels { time, sigma_mps } => {
+            CoreNotice::WheelConstraintOn { time, sigma_mps } => {
                 Self { sigma: sigma_mps, ..Self::at(NoticeKind::OnWheels, time) }
             }
-            CoreNotice::OffWheels { time } => Self::at(NoticeKind::OffWheels, time),
-            CoreNotice::FieldUsual { time, changed } => Self {
+            CoreNotice::WheelConstraintOff { time } => Self::at(NoticeKind::OffWheels, time),
+            CoreNotice::MagneticFieldUsual { time, changed } => Self {
                 value: f64::from(u8::from(changed)),
                 ..Self::at(NoticeKind::FieldUsual, time)
             },
@@ -409,7 +409,7 @@ impl From<&CoreNotice> for Notice {
                 Self { value, ..Self::at(NoticeKind::CovarianceReset, time) }
             }
             CoreNotice::SampleSuspect { time, .. } => Self::at(NoticeKind::SampleSuspect, time),
-            CoreNotice::SampleRefused { time, fault: why } => {
+            CoreNotice::SampleRejected { time, fault: why } => {
                 Self { reason: fault(why), ..Self::at(NoticeKind::SampleRefused, time) }
             }
             _ => Self::at(NoticeKind::Other, Time::ZERO),

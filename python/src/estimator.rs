@@ -69,28 +69,28 @@ impl From<CoreNotice> for Notice {
                 let (turn, sigma) = (degrees(turn_rad), degrees(sigma_rad));
                 plain(time, "heading reset", format!("heading reset by {turn}, one-sigma {sigma}"))
             }
-            CoreNotice::HeadingDoubted { time, off_rad, sigma_rad } => {
+            CoreNotice::HeadingSuspect { time, off_rad, sigma_rad } => {
                 let (off, sigma) = (degrees(off_rad), degrees(sigma_rad));
                 let words = format!("heading differs from the fixes by {off}, one-sigma {sigma}");
                 plain(time, "heading doubted", words)
             }
-            CoreNotice::FieldDisturbed { time, share, .. } => {
+            CoreNotice::MagneticFieldDisturbed { time, share, .. } => {
                 let words = format!("magnetic field disturbed by {:.0} %", 100.0 * share);
                 plain(time, "field disturbed", words)
             }
-            CoreNotice::FieldUsual { time, .. } => {
+            CoreNotice::MagneticFieldUsual { time, .. } => {
                 plain(time, "field usual", "magnetic field as usual again".into())
             }
-            CoreNotice::AntennaElsewhere { time, offset_m, sigma_m } => {
+            CoreNotice::AntennaOffsetFound { time, offset_m, sigma_m } => {
                 let off_m = offset_m.norm();
                 let words =
                     format!("antenna {off_m:.2} m from its lever arm, one-sigma {sigma_m:.2} m");
                 plain(time, "antenna elsewhere", words)
             }
-            CoreNotice::OnWheels { time, .. } => {
+            CoreNotice::WheelConstraintOn { time, .. } => {
                 plain(time, "on wheels", "the vehicle rolls on wheels".into())
             }
-            CoreNotice::OffWheels { time } => {
+            CoreNotice::WheelConstraintOff { time } => {
                 plain(time, "off wheels", "the vehicle does not roll on wheels".into())
             }
             CoreNotice::HeadingMissing { time } => {
@@ -111,7 +111,7 @@ impl From<CoreNotice> for Notice {
             CoreNotice::SampleSuspect { time, suspicion } => {
                 plain(time, "sample suspect", format!("inertial samples suspect: {suspicion}"))
             }
-            CoreNotice::SampleRefused { time, fault } => {
+            CoreNotice::SampleRejected { time, fault } => {
                 plain(time, "sample refused", format!("inertial sample not used: {fault}"))
             }
             other => {

@@ -22,7 +22,7 @@ pub enum SetPoint {
     /// Stop, and hold the position where the vehicle stops.
     Hold,
     /// Fly to a position and hold it.
-    Place {
+    Position {
         /// The position.
         position: Geodetic,
         /// The heading to turn to, rad; `None` keeps the current heading.
@@ -213,7 +213,7 @@ impl<T: Scalar> Guidance<T> {
     pub fn accept(&mut self, set_point: SetPoint) -> Result<(), SetPointError> {
         match set_point {
             SetPoint::Hold => self.station = None,
-            SetPoint::Place { position, heading_rad } => {
+            SetPoint::Position { position, heading_rad } => {
                 if !position.is_navigable() || heading_rad.is_some_and(|angle| !angle.is_finite()) {
                     return Err(SetPointError::NotFinite);
                 }
@@ -355,7 +355,7 @@ impl<T: Scalar> Guidance<T> {
                 let east = sin * forward_mps + cos * right_mps;
                 Vector::new(north, east, down_mps)
             }
-            SetPoint::Hold | SetPoint::Place { .. } => match self.station {
+            SetPoint::Hold | SetPoint::Position { .. } => match self.station {
                 Some(station) if trusted.position => {
                     let missing = station.earth.displacement(&solution.position, &station.position);
                     let [north, east, down] = missing.to_array();
@@ -456,7 +456,7 @@ mod tests {
         let asked = guidance.step(&solution, wrap_angle(3.2), trusted);
         assert!((asked.heading_rad - wrap_angle(3.2)).abs() < 1e-9, "{asked:?}");
         assert!(asked.yaw_rate_radps.abs() < 1e-9, "{asked:?}");
-        let given = SetPoint::Place { position: place, heading_rad: Some(1.0) };
+        let given = SetPoint::Position { position: place, heading_rad: Some(1.0) };
         guidance.accept(given).unwrap();
         for _ in 0..1_000 {
             solution.heading_revision_rad += 0.001;

@@ -301,7 +301,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 notify(Notice::CovarianceReset { time, cause });
             }
             Err(fault) => {
-                notify(Notice::SampleRefused { time, fault });
+                notify(Notice::SampleRejected { time, fault });
                 return;
             }
         }
@@ -337,9 +337,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         match self.wheels.next_report() {
             Some(true) => {
                 let sigma_mps = f64::from(self.wheels.sigma_mps());
-                notify(Notice::OnWheels { time, sigma_mps });
+                notify(Notice::WheelConstraintOn { time, sigma_mps });
             }
-            Some(false) => notify(Notice::OffWheels { time }),
+            Some(false) => notify(Notice::WheelConstraintOff { time }),
             None => {}
         }
     }
@@ -402,7 +402,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::of_update(fix.time, Aid::Gps, result.map(|()| report)));
         if let Some((offset_m, sigma_m)) = self.filter.antenna.next_report() {
             let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
-            notify(Notice::AntennaElsewhere { time: fix.time, offset_m, sigma_m });
+            notify(Notice::AntennaOffsetFound { time: fix.time, offset_m, sigma_m });
         }
         if report.contradicts_itself() {
             return;
@@ -447,7 +447,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let BetterHeading { turn_rad, sigma_rad, replaces } = better;
         if !replaces {
             filter.suspect_heading(turn_rad, trace);
-            notify(Notice::HeadingDoubted { time: fix.time, off_rad: turn_rad, sigma_rad });
+            notify(Notice::HeadingSuspect { time: fix.time, off_rad: turn_rad, sigma_rad });
             return;
         }
         let sigma_rad = sigma_rad.max(FOUND_SIGMA_RAD);

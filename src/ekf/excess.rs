@@ -195,20 +195,20 @@ impl Excess {
         let ((since, before), (then, reopened)) = (self.rejected_down, self.reopened_down);
         self.rejected_down = match down.verdict {
             Verdict::Accepted => (time, None),
-            Verdict::Reopened => (time, Some(0.0)),
+            Verdict::Reset => (time, Some(0.0)),
             Verdict::Rejected if before.is_some() => (since, before),
             Verdict::Rejected => (time, began.then_some(off as f32)),
         };
         let first = f64::from(before.filter(|_| down.verdict != Verdict::Accepted)?);
         let rate = (off - first) / (time - since).max(f64::MIN_POSITIVE);
-        let again = down.verdict == Verdict::Reopened
+        let again = down.verdict == Verdict::Reset
             && time - then <= AGAIN_S
             && reopened.is_some_and(|before| rate * f64::from(before) > 0.0);
-        if down.verdict == Verdict::Reopened {
+        if down.verdict == Verdict::Reset {
             self.reopened_down = (time, Some(rate as f32));
         }
         let grows = first * off >= 0.0 && off.abs() >= GROWN * first.abs() && height * off > 0.0;
-        let left_s = if down.verdict == Verdict::Reopened { 0.0 } else { off / rate };
+        let left_s = if down.verdict == Verdict::Reset { 0.0 } else { off / rate };
         (again || (grows && time - since >= GROWING_DOWN_S))
             .then_some(Growth { rate_mps2: rate, left_s })
     }

@@ -34,7 +34,7 @@
 //!
 //! A reset to the measurement ("reopening") widens the covariance by the size of the innovation and keeps the
 //! correlations. Both hypotheses then lie within it. Then the fix is fused. The report is always
-//! [`Verdict::Reopened`](super::Verdict::Reopened).
+//! [`Verdict::Reset`](super::Verdict::Reset).
 
 mod position_drift;
 mod rejection;

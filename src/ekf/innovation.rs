@@ -116,7 +116,7 @@ pub enum Verdict {
     /// The innovation lay outside the gate; the state is unchanged.
     Rejected,
     /// The filter had rejected the sensor for too long and was reset to the measurement.
-    Reopened,
+    Reset,
 }
 
 /// One scalar update: measured minus predicted, the expected one-sigma, and the outcome.

@@ -161,7 +161,7 @@ impl<T: Scalar> SteplessSolution<T> {
 }
 
 impl<T: Scalar, U: Scalar, const N: usize> Trace<T, N> for SteplessSolution<U> {
-    fn hears_updates(&self) -> bool {
+    fn wants_updates(&self) -> bool {
         false
     }
 

@@ -12,7 +12,7 @@ pub trait Trace<T, const N: usize> {
         let _ = step;
     }
     /// Whether the filter shall call [`updated`](Self::updated). `false` saves the computation of its arguments.
-    fn hears_updates(&self) -> bool {
+    fn wants_updates(&self) -> bool {
         true
     }
     /// The filter fused a scalar measurement.
@@ -36,7 +36,7 @@ pub trait Trace<T, const N: usize> {
 
 /// Observer that ignores every event.
 impl<T, const N: usize> Trace<T, N> for () {
-    fn hears_updates(&self) -> bool {
+    fn wants_updates(&self) -> bool {
         false
     }
 }

@@ -6,7 +6,7 @@ use super::bias_shift::BiasShift;
 use super::excess::Excess;
 use super::filter::Ekf;
 use super::heading_memory::HeadingMemory;
-use super::heading_search::GuessedMotion;
+use super::heading_search::HypothesisMotion;
 use super::layout::{ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::level_force::LevelForce;
 use super::measurement::{Report, Unusable};
@@ -79,7 +79,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[inline(never)]
     pub(super) fn follow(
         &mut self,
-        motion: &GuessedMotion<T>,
+        motion: &HypothesisMotion<T>,
         trace: &mut impl Trace<T, N>,
     ) -> bool {
         const OF: [usize; 9] = [
@@ -94,7 +94,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             GYRO_BIAS + 2,
         ];
         self.catch_up(trace);
-        let GuessedMotion { body_to_ned, velocity_mps, .. } = *motion;
+        let HypothesisMotion { body_to_ned, velocity_mps, .. } = *motion;
         let turned = (body_to_ned * self.state.body_to_ned.inverse()).rotation_vector();
         // The vertical velocity needs no heading, and the hypotheses have no accelerometer bias.
         let [north, east, _] = velocity_mps.to_array();
@@ -139,7 +139,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// impossible for a vehicle.
     pub(super) fn accept_heading(
         &mut self,
-        motion: &GuessedMotion<T>,
+        motion: &HypothesisMotion<T>,
         least_rad: f64,
         trace: &mut impl Trace<T, N>,
     ) -> bool {

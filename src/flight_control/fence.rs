@@ -74,7 +74,7 @@ impl<T: Scalar> FenceMonitor<T> {
         let up_m = -local.displacement(&fence.centre, position).z().wide();
         let height_m = up_m.min(WELL_INSIDE * 0.9 * fence.height_m).max(0.0);
         let position = fence.centre.displaced(Vector::new(0.0, 0.0, -height_m));
-        self.home = Some(SetPoint::Place { position, heading_rad: None });
+        self.home = Some(SetPoint::Position { position, heading_rad: None });
         Some(FenceChange::Reached)
     }
 }

@@ -318,12 +318,12 @@ impl<T: Scalar> FlightControl<T> {
             if core::mem::take(&mut self.descends) {
                 let _ = self.autopilot.set(SetPoint::Hold);
             }
-            notify(ControlNotice::PilotBack);
+            notify(ControlNotice::PilotSignalRestored);
         }
         let switch_on = self.switch.update(&inputs.pulses.aux, inputs.now, stale_s);
         let must_be_opened = self.switch.must_be_opened();
         if !core::mem::replace(&mut self.is_reported_closed, must_be_opened) && must_be_opened {
-            notify(ControlNotice::MustBeOpened);
+            notify(ControlNotice::SwitchMustBeReset);
         }
         let bounces = self.bounces.update(switch_on, inputs.now);
         match self.engagement.update(switch_on, readiness.is_ready() && !bounces) {
@@ -407,13 +407,13 @@ impl<T: Scalar> FlightControl<T> {
         let steered = self.steering.as_mut().and_then(|steering| steering.set_point(pilot));
         match inputs.solution.and_then(|one| self.fence.step(&one.position, fence_share)) {
             Some(FenceChange::Reached) => notify(ControlNotice::FenceReached),
-            Some(FenceChange::Left) => notify(ControlNotice::FenceLeft),
+            Some(FenceChange::Left) => notify(ControlNotice::InsideFenceAgain),
             None => {}
         }
         let lost_s = self.pilot_lost_s.unwrap_or(0.0);
         let set_point = if lost_s > self.config.failsafe.pilot_lost_hold_s {
             if !core::mem::replace(&mut self.descends, true) {
-                notify(ControlNotice::Descends);
+                notify(ControlNotice::DescentStarted);
             }
             Some(SetPoint::Velocity {
                 forward_mps: 0.0,

@@ -33,7 +33,7 @@ pub enum ControlNotice {
     SwitchLost,
     /// The switch has been closed since its first pulse, as after a restart in flight: it has no effect until it has
     /// been opened.
-    MustBeOpened,
+    SwitchMustBeReset,
     /// The switch was closed after several engagements in a row: it has no effect until it has been open for some time.
     SwitchBounces,
     /// The pilot flies although the switch is closed, until it has been opened.
@@ -43,13 +43,13 @@ pub enum ControlNotice {
     /// The pilot's signal is lost while the autopilot flies: the autopilot holds.
     PilotLost,
     /// The pilot's signal is back.
-    PilotBack,
+    PilotSignalRestored,
     /// The pilot's signal did not return: the autopilot descends.
-    Descends,
+    DescentStarted,
     /// The vehicle reached the fence: it returns to the centre, at its own height or the fence's.
     FenceReached,
     /// The vehicle is well inside the fence again.
-    FenceLeft,
+    InsideFenceAgain,
     /// A stick has been at its end for longer than the configured time; attitude has priority.
     Saturated,
     /// A test input begins, or the programme ends.
@@ -75,7 +75,7 @@ impl fmt::Display for ControlNotice {
             Self::SwitchLost => f.write_str(
                 "the pilot flies: the switch's channel is lost; check its wire and the receiver",
             ),
-            Self::MustBeOpened => f.write_str(
+            Self::SwitchMustBeReset => f.write_str(
                 "the pilot flies: the switch is closed from the start; open the switch to engage again",
             ),
             Self::SwitchBounces => write!(
@@ -97,14 +97,14 @@ impl fmt::Display for ControlNotice {
             Self::PilotLost => f.write_str(
                 "the pilot's signal is lost: the autopilot holds; check transmitter and receiver",
             ),
-            Self::PilotBack => f.write_str("the pilot's signal is back"),
-            Self::Descends => f.write_str(
+            Self::PilotSignalRestored => f.write_str("the pilot's signal is back"),
+            Self::DescentStarted => f.write_str(
                 "no pilot: the autopilot descends; keep clear below; the sticks act again when the signal returns",
             ),
             Self::FenceReached => f.write_str(
                 "the geofence is reached: the autopilot goes back to its centre; take over to fly on",
             ),
-            Self::FenceLeft => f.write_str("inside the geofence again"),
+            Self::InsideFenceAgain => f.write_str("inside the geofence again"),
             Self::TestInputs(change) => change.fmt(f),
             Self::Saturated => f.write_str(
                 "a control is at its end, attitude has priority; take over if this lasts",

@@ -225,14 +225,14 @@ fn without_a_pilot_it_holds_then_descends_and_a_pilot_who_is_back_finds_it_holdi
             (bench.pilot_ms, bench.aux_ms) = (None, None);
         }
         assert_eq!(bench.cycles(60).mode, Mode::Position);
-        assert!(bench.told(ControlNotice::PilotLost) && !bench.told(ControlNotice::Descends));
+        assert!(bench.told(ControlNotice::PilotLost) && !bench.told(ControlNotice::DescentStarted));
         bench.cycles(300);
-        assert!(bench.told(ControlNotice::Descends));
+        assert!(bench.told(ControlNotice::DescentStarted));
         bench.pulses.receiver_failsafe = false;
         bench.pilot_ms = Some(Channels::from_fn(|_| 1.5));
         bench.aux_ms = Some(CLOSED_MS);
         assert_eq!(bench.cycles(5).mode, Mode::Position);
-        assert!(bench.told(ControlNotice::PilotBack));
+        assert!(bench.told(ControlNotice::PilotSignalRestored));
         bench.aux_ms = Some(OPEN_MS);
         assert_eq!(bench.cycles(2).mode, Mode::Manual);
     }
@@ -345,7 +345,7 @@ fn the_throttle_stays_where_the_pilot_left_it_while_the_autopilot_flies_without_
         }
         assert_eq!(bench.cycles(60).widths_ms.throttle, 1.7, "holding");
         bench.cycles(300);
-        assert!(bench.told(ControlNotice::Descends));
+        assert!(bench.told(ControlNotice::DescentStarted));
         assert_eq!(bench.last.unwrap().widths_ms.throttle, 1.7, "descending");
         bench.stale = true;
         let blind = bench.cycles(40);

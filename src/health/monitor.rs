@@ -153,7 +153,7 @@ impl<T: Scalar> HealthMonitor<T> {
                     }
                 }
             }
-            Notice::SampleSuspect { time, .. } | Notice::SampleRefused { time, .. } => {
+            Notice::SampleSuspect { time, .. } | Notice::SampleRejected { time, .. } => {
                 self.suspect = Some(*time);
             }
             _ => {}

@@ -60,7 +60,7 @@ fn each_disturbance_of_table_6_1_is_back_at_trim_in_time() {
 fn it_moves_from_hover_to_hover_and_turns_on_the_way() {
     let start = FlightConfig::new(autopilot()).start;
     let goal = start.displaced(Vector::new(15.0, -20.0, -5.0));
-    let order = SetPoint::Place { position: goal, heading_rad: Some(-2.0) };
+    let order = SetPoint::Position { position: goal, heading_rad: Some(-2.0) };
     let flight = calm(60.0, vec![(3.0, FlightEvent::SetPoint(order))]);
     let last = flight.samples.last().unwrap().truth;
     assert!(last.position.displacement_from(&goal).norm() < 0.3);

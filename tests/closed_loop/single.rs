@@ -51,7 +51,7 @@ fn apart([one, other]: &[Flight; 2]) -> Apart {
 /// All kinds of commands in flight: positions, velocities, a turn across north, a pilot who takes over.
 fn orders(config: &FlightConfig) -> Vec<(f64, FlightEvent)> {
     let goal = config.start.displaced(Vector::new(15.0, -20.0, -5.0));
-    let place = SetPoint::Place { position: goal, heading_rad: Some(-2.0) };
+    let place = SetPoint::Position { position: goal, heading_rad: Some(-2.0) };
     let forward = SetPoint::Velocity {
         forward_mps: 3.0,
         right_mps: 0.5,

@@ -312,7 +312,7 @@ fn a_heading_that_points_backwards_or_jumps_is_refused() {
     // First the antennas are exchanged permanently after a minute; then a wrong ambiguity of 20° lasts 40 s.
     let half = core::f64::consts::PI;
     let (_, last_rad, why) = with_antennas(7, |seconds| if seconds > 60.0 { half } else { 0.0 });
-    assert!(why.len() > 290 && why.iter().all(|why| *why == Unusable::Reversed), "{why:?}");
+    assert!(why.len() > 290 && why.iter().all(|why| *why == Unusable::BaselineReversed), "{why:?}");
     assert!(last_rad.abs() < 0.05, "{last_rad}");
     let jump = |seconds: f64| if (60.0..100.0).contains(&seconds) { 0.35 } else { 0.0 };
     let (_, last_rad, _) = with_antennas(8, jump);

@@ -59,7 +59,7 @@ fn estimated(recording: &Recording, off_rad: f64, until_s: f64) -> Outcome {
         let Outcome { resets_s, doubts_s, .. } = &mut outcome;
         let mut notify = |notice| match notice {
             Notice::HeadingReset { time, .. } => resets_s.push(time.seconds()),
-            Notice::HeadingDoubted { time, .. } => doubts_s.push(time.seconds()),
+            Notice::HeadingSuspect { time, .. } => doubts_s.push(time.seconds()),
             _ => {}
         };
         while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {

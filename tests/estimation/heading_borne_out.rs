@@ -37,7 +37,7 @@ fn worst_deg(plan: &FlightPlan, source: Source) -> (f64, Option<f64>) {
         }
         let mut notify = |notice| {
             if let Notice::Updated(report) = notice
-                && report.any_reopened()
+                && report.any_reset()
                 && report.innovations().any(|axis| axis.innovation.abs() > 1.0)
             {
                 reopened.get_or_insert(sample.time.seconds());

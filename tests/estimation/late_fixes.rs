@@ -311,7 +311,7 @@ fn fixes_that_come_late_do_not_put_the_heading_in_doubt_nor_hide_it() {
         for sample in &recording.imu {
             while let Some(fix) = fixes.next_if(|fix| fix.time + late_s <= sample.time) {
                 estimator.push(&Event::Gps(*fix), |notice| match notice {
-                    Notice::HeadingDoubted { time, .. } | Notice::HeadingReset { time, .. } => {
+                    Notice::HeadingSuspect { time, .. } | Notice::HeadingReset { time, .. } => {
                         denied.push(time.seconds());
                     }
                     _ => {}

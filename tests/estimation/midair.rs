@@ -50,7 +50,7 @@ fn started(recording: &Recording, dmu: &DmuConfig, gps: &GpsConfig, start_s: f64
                 };
                 alignment = Some(found);
             }
-            Notice::Updated(report) => reopened += usize::from(report.any_reopened()),
+            Notice::Updated(report) => reopened += usize::from(report.any_reset()),
             _ => {}
         };
         while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {

@@ -50,7 +50,7 @@ fn flown(seed: u64, stated_mps: f64) -> (usize, f64, usize) {
         |fix| Some(Fix { velocity_sigma_mps: stated, ..fix }),
         |notice| {
             let Notice::Updated(report) = notice else { return };
-            reopened += usize::from(report.any_reopened());
+            reopened += usize::from(report.any_reset());
             refused += report
                 .innovations()
                 .filter(|axis| axis.channel == Channel::VelocityDown)

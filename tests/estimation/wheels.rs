@@ -88,10 +88,10 @@ fn lost_at<L: Layout<N>, const N: usize>(
     let mut outcome = None;
     for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
         let mut notify = |notice| match notice {
-            Notice::OnWheels { time, .. } => {
+            Notice::WheelConstraintOn { time, .. } => {
                 on_s.get_or_insert(time.seconds());
             }
-            Notice::OffWheels { time } => off_s = Some(time.seconds()),
+            Notice::WheelConstraintOff { time } => off_s = Some(time.seconds()),
             Notice::Updated(report) => {
                 held += usize::from(
                     report.innovations().any(|one| one.channel == Channel::WheelsRight),

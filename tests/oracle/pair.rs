@@ -211,7 +211,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         let before = self.shipped.learned();
         self.measure(
             "rest",
-            |shipped, recorder| shipped.update_at_rest(recorder).ok_or(Unusable::NothingNew),
+            |shipped, recorder| shipped.update_at_rest(recorder).ok_or(Unusable::RepeatedReading),
             |_, _| {},
             false,
             |oracle, _, _| oracle.rest_rows(&before),
@@ -238,7 +238,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Pair<L, N, T> {
         let mut prepare = Some(prepare);
         let turned = recorder.0.iter().any(|did| matches!(did, Did::Turned(_)));
         let (mut measured, mut updates) = (0, 0);
-        if report.any_reopened() && !turned || report.covariance_was_reset() {
+        if report.any_reset() && !turned || report.covariance_was_reset() {
             self.give_way(&recorder, &before, &report);
             return report.any_accepted();
         }

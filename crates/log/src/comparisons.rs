@@ -95,7 +95,7 @@ pub(crate) fn routine(notice: &Notice) -> Option<Channel> {
     let Notice::Updated(report) = notice else { return None };
     let first = report.innovations().next()?.channel;
     let is_accepted = report.innovations().all(|axis| axis.verdict == Verdict::Accepted);
-    let is_remarkable = report.biases_were_opened()
+    let is_remarkable = report.bias_variance_was_raised()
         || report.covariance_was_reset()
         || report.contradicts_itself()
         || report.position_drift_m().is_some();

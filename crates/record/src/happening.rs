@@ -34,10 +34,10 @@ impl Happening {
     pub fn of_notice(notice: &Notice) -> Option<Self> {
         let warning = Level::Warning;
         let (time, level, kind, text) = match notice {
-            Notice::Updated(report) if report.any_reopened() => {
+            Notice::Updated(report) if report.any_reset() => {
                 let text = format_args!(
                     "the filter had diverged from its sensors and was reset to them: {}",
-                    Beyond::of(report.innovations(), Verdict::Reopened)
+                    Beyond::of(report.innovations(), Verdict::Reset)
                 );
                 (report.time(), warning, "filter_reopened", ShortText::new(text))
             }
@@ -82,14 +82,14 @@ impl Happening {
                 );
                 (Some(*time), warning, "heading_reset", ShortText::new(text))
             }
-            Notice::HeadingDoubted { time, off_rad, sigma_rad } => {
+            Notice::HeadingSuspect { time, off_rad, sigma_rad } => {
                 let (off_deg, sigma_deg) = (off_rad.to_degrees(), sigma_rad.to_degrees());
                 let text = format_args!(
                     "heading suspect, {off_deg:.0}° off according to GPS: one-sigma now {sigma_deg:.0}°"
                 );
                 (Some(*time), warning, "heading_doubted", ShortText::new(text))
             }
-            Notice::FieldDisturbed { time, share, sigma_rad, lasts } => {
+            Notice::MagneticFieldDisturbed { time, share, sigma_rad, lasts } => {
                 let (percent, sigma_deg) = (100.0 * share, sigma_rad.to_degrees());
                 let text = if *lasts {
                     ShortText::new(
@@ -102,7 +102,7 @@ impl Happening {
                 };
                 (Some(*time), warning, "field_disturbed", text)
             }
-            Notice::AntennaElsewhere { time, offset_m, sigma_m } => {
+            Notice::AntennaOffsetFound { time, offset_m, sigma_m } => {
                 let text = format_args!(
                     "antenna {:.1} m forward, {:.1} m right of its lever arm (one-sigma {sigma_m:.1} m): the filter \
                      uses that position",
@@ -111,19 +111,19 @@ impl Happening {
                 );
                 (Some(*time), warning, "antenna_elsewhere", ShortText::new(text))
             }
-            Notice::OnWheels { time, sigma_mps } => {
+            Notice::WheelConstraintOn { time, sigma_mps } => {
                 let text = format_args!(
                     "the vehicle rolls on wheels: without fixes it is constrained to its road (one-sigma \
                      {sigma_mps:.2} m/s)"
                 );
                 (Some(*time), Level::Info, "on_wheels", ShortText::new(text))
             }
-            Notice::OffWheels { time } => {
+            Notice::WheelConstraintOff { time } => {
                 let text =
                     ShortText::new("the vehicle does not roll on wheels: no constraint to a road");
                 (Some(*time), Level::Info, "off_wheels", text)
             }
-            Notice::FieldUsual { time, changed } => {
+            Notice::MagneticFieldUsual { time, changed } => {
                 let text = if *changed {
                     "the magnetic field has stayed changed: the new field is used"
                 } else {
@@ -159,7 +159,7 @@ impl Happening {
                 let text = format_args!("inertial unit: {suspicion}, uncertainty enlarged");
                 (Some(*time), warning, "imu_suspect", ShortText::new(text))
             }
-            Notice::SampleRefused { time, fault } => {
+            Notice::SampleRejected { time, fault } => {
                 let text = ShortText::new(format_args!("inertial unit: sample rejected: {fault}"));
                 (Some(*time), warning, "imu_fault", text)
             }
@@ -328,7 +328,7 @@ mod tests {
         use hovernav::dmu::{PlausibilityFault, Sensor};
         use hovernav::ekf::ImuFault;
         let time = Time::ZERO;
-        let refused = |fault| Notice::SampleRefused { time, fault };
+        let refused = |fault| Notice::SampleRejected { time, fault };
         for (notice, kind) in [
             (Notice::GapBridged { time, length_s: 0.3 }, FindingKind::Gap),
             (refused(ImuFault::Stuck), FindingKind::Stuck),

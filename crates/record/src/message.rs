@@ -261,7 +261,7 @@ impl InnovationsMessage {
             let verdict = match axis.verdict {
                 Verdict::Accepted => "accepted",
                 Verdict::Rejected => "rejected",
-                Verdict::Reopened => "reopened",
+                Verdict::Reset => "reopened",
             };
             let entry = AxisMessage { innovation: axis.innovation, sigma: axis.sigma, verdict };
             message.axes.insert(axis.channel.name(), entry);

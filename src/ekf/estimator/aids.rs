@@ -86,11 +86,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let (share, sigma_rad) = (f64::from(share), f64::from(sigma_rad));
         notify(match turn {
             Turn::Suspect => return false,
-            Turn::Away | Turn::Lasting => {
-                Notice::FieldDisturbed { time, share, sigma_rad, lasts: turn == Turn::Lasting }
-            }
-            Turn::Back => Notice::FieldUsual { time, changed: false },
-            Turn::Settled => Notice::FieldUsual { time, changed: true },
+            Turn::Away | Turn::Lasting => Notice::MagneticFieldDisturbed {
+                time,
+                share,
+                sigma_rad,
+                lasts: turn == Turn::Lasting,
+            },
+            Turn::Back => Notice::MagneticFieldUsual { time, changed: false },
+            Turn::Settled => Notice::MagneticFieldUsual { time, changed: true },
         });
         true
     }
@@ -163,7 +166,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.filter.attitude_lost = None;
             self.phase = Phase::Navigating;
             self.monitor_heading();
-        } else if report.any_reopened() {
+        } else if report.any_reset() {
             self.monitor_heading();
         }
     }

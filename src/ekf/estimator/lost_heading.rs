@@ -4,7 +4,7 @@
 //! A filter linearised about a heading that is wrong by the turn of a few seconds becomes certain of a wrong heading.
 //! After such a gap the heading is searched again, about the last known one.
 
-use super::super::heading_search::{GuessedMotion, HeadingMethod, HeadingSearch};
+use super::super::heading_search::{HeadingMethod, HeadingSearch, HypothesisMotion};
 use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout};
 use super::super::scalar::Scalar;
 use super::super::square;
@@ -99,7 +99,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// Continues with a heading found at `time`, with a one-sigma of at least `least_rad`, rad.
     pub(super) fn accept_heading(
         &mut self,
-        motion: &GuessedMotion<T>,
+        motion: &HypothesisMotion<T>,
         (time, least_rad): (Time, f64),
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
@@ -110,7 +110,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.phase = Phase::Navigating;
         self.wheels.forget();
         self.monitor_heading();
-        let GuessedMotion { turn_rad, heading_sigma_rad: sigma_rad, .. } = *motion;
+        let HypothesisMotion { turn_rad, heading_sigma_rad: sigma_rad, .. } = *motion;
         notify(Notice::HeadingFound { time, turn_rad, sigma_rad });
     }
 }

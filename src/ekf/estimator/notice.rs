@@ -44,7 +44,7 @@ pub enum Notice {
     },
     /// The filter's heading differs from the heading by GPS by more than its one-sigma allows. The one-sigmas of the
     /// filter's heading and of the heading sensor are enlarged.
-    HeadingDoubted {
+    HeadingSuspect {
         /// Time of the event.
         time: Time,
         /// Difference, clockwise, rad: the turn that would correct the heading.
@@ -54,7 +54,7 @@ pub enum Notice {
     },
     /// The magnetic field differs from the usual one in strength, dip or direction: a current or iron is nearby.
     /// Magnetic headings are less accurate until the field returns.
-    FieldDisturbed {
+    MagneticFieldDisturbed {
         /// Time of the event.
         time: Time,
         /// Change, as a fraction of the field's strength.
@@ -66,7 +66,7 @@ pub enum Notice {
         lasts: bool,
     },
     /// The magnetic field is as usual again.
-    FieldUsual {
+    MagneticFieldUsual {
         /// Time of the event.
         time: Time,
         /// Whether the field did not return: the changed field has been constant for long enough to become the usual
@@ -75,7 +75,7 @@ pub enum Notice {
     },
     /// Turns show that the antenna is not at its lever arm. From now on the filter uses the estimated position. The
     /// notice repeats when the estimate has become far more certain.
-    AntennaElsewhere {
+    AntennaOffsetFound {
         /// Time of the event.
         time: Time,
         /// From the configured to the estimated position of the antenna, horizontal components only, m.
@@ -86,14 +86,14 @@ pub enum Notice {
     /// The vehicle rolls on wheels, as declared or as the fixes show. While fixes are absent, the filter holds its
     /// velocity across and perpendicular to the road at zero. Only for layouts with
     /// [`WHEELS`](crate::ekf::layout::Layout::WHEELS).
-    OnWheels {
+    WheelConstraintOn {
         /// Time of the event.
         time: Time,
         /// One-sigma of the velocity across the direction of travel, m/s.
         sigma_mps: f64,
     },
     /// The vehicle does not roll on wheels: the filter does not constrain its motion to a road.
-    OffWheels {
+    WheelConstraintOff {
         /// Time of the event.
         time: Time,
     },
@@ -137,7 +137,7 @@ pub enum Notice {
         suspicion: Suspicion,
     },
     /// An inertial sample was rejected.
-    SampleRefused {
+    SampleRejected {
         /// The sample's time.
         time: Time,
         /// The cause.

@@ -24,7 +24,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                     true => self.aligner.is_late(time).then_some(ImuFault::NotLater),
                 };
                 if let Some(fault) = fault {
-                    notify(Notice::SampleRefused { time, fault });
+                    notify(Notice::SampleRejected { time, fault });
                 }
                 return;
             }

@@ -1,6 +1,6 @@
 //! Heading from motion: search if no sensor gives the heading at the start, monitor afterwards.
 //!
-//! The gyros maintain one frame, in which the specific force is summed from fix to fix. Twelve hypotheses (`Guess`) of
+//! The gyros maintain one frame, in which the specific force is summed from fix to fix. Twelve hypotheses (`Hypothesis`) of
 //! the attitude of that frame start 30° apart in heading. Each hypothesis has a velocity, an attitude and a gyro bias.
 //! The fixes change the weights of the hypotheses: only near the right heading does the specific force add up to the
 //! change of GPS velocity. The hypotheses use neither the filter nor its magnetometer, so errors of these do not spread
@@ -14,7 +14,7 @@
 //! Transactions on Automatic Control* 17 (4), 439–448. A bank of small filters next to a large one is the idea of P.
 //! Riseborough's EKF-GSF in PX4.
 
-mod guess;
+mod hypothesis;
 mod judgement;
 mod method;
 mod monitor;
@@ -22,7 +22,7 @@ mod motion;
 
 pub use method::{HeadingMethod, NoHeadingSearch};
 pub(super) use monitor::BetterHeading;
-pub(super) use motion::GuessedMotion;
+pub(super) use motion::HypothesisMotion;
 
 use super::config::GpsModel;
 use super::history::History;
@@ -33,7 +33,9 @@ use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::ins::{LeverArm, Start};
 use crate::time::Time;
-use guess::{GUESS_SIGMA_RAD, GUESSES, Guess, Measured, MeasuredMotion, Prior, Surprise, at};
+use hypothesis::{
+    HYPOTHESIS_SIGMA_RAD, HYPOTHESISES, Hypothesis, Measured, MeasuredMotion, Prior, Surprise, at,
+};
 use judgement::Judgement;
 
 /// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s. The latter is zero: a
@@ -73,7 +75,7 @@ const WHITENED: f64 = 1.7;
 /// A bank of hypotheses of the heading.
 #[derive(Clone, Debug)]
 pub struct HeadingSearch<T = f64> {
-    guesses: [Guess; GUESSES],
+    hypotheses: [Hypothesis; HYPOTHESISES],
     /// Attitude at the start of the bank, before it is turned for each hypothesis.
     start_to_ned: Rotation<Body, Ned, T>,
     /// Axis, NED, about which the attitude was unknown at the start.
@@ -152,7 +154,7 @@ impl<T: Scalar> HeadingSearch<T> {
     #[inline(always)]
     const fn empty() -> Self {
         Self {
-            guesses: [Guess::NONE; GUESSES],
+            hypotheses: [Hypothesis::NONE; HYPOTHESISES],
             start_to_ned: Rotation::IDENTITY,
             axis: DOWN,
             prior: PRIOR,
@@ -177,7 +179,7 @@ impl<T: Scalar> HeadingSearch<T> {
     /// Restarts as the monitor of a heading, from the next fix on.
     // In place: a new value would be built on the stack first.
     pub(super) fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
-        self.guesses.fill(Guess::NONE);
+        self.hypotheses.fill(Hypothesis::NONE);
         self.start_to_ned = body_to_ned;
         self.axis = DOWN;
         self.prior = PRIOR;
@@ -255,8 +257,8 @@ impl<T: Scalar> HeadingSearch<T> {
         let before = self.filter_bias_radps.replace(bias_radps);
         if let Some(before) = before.filter(|_| !self.is_monitor) {
             let change = (bias_radps - before).cast();
-            for guess in &mut self.guesses {
-                guess.correct_bias(change);
+            for hypothesis in &mut self.hypotheses {
+                hypothesis.correct_bias(change);
             }
         }
     }
@@ -323,17 +325,18 @@ impl<T: Scalar> HeadingSearch<T> {
         let least_mps = PROVEN_MPS * Scalar::sqrt(interval_s.clamp(0.05, 10.0));
         self.is_fast |= surely_mps > least_mps;
         let share = information_share(fix, receiver.model, interval_s.clamp(0.05, 10.0));
-        let mut surprises = [0.0; GUESSES];
+        let mut surprises = [0.0; HYPOTHESISES];
         let (mut least_squares, mut information) = (f32::INFINITY, 0.0);
-        for (guess, surprise) in self.guesses.iter_mut().zip(&mut surprises) {
-            let [.., before] = guess.attitude_variances();
-            let Surprise { horizontal_squares, minus_two_log } = guess.step(&felt, &measured);
-            let [.., after] = guess.attitude_variances();
-            information += guess.weight * f64::from(((before - after) / (before * after)).max(0.0));
+        for (hypothesis, surprise) in self.hypotheses.iter_mut().zip(&mut surprises) {
+            let [.., before] = hypothesis.attitude_variances();
+            let Surprise { horizontal_squares, minus_two_log } = hypothesis.step(&felt, &measured);
+            let [.., after] = hypothesis.attitude_variances();
+            information +=
+                hypothesis.weight * f64::from(((before - after) / (before * after)).max(0.0));
             *surprise = share * f64::from(minus_two_log);
             least_squares = least_squares.min(horizontal_squares);
         }
-        if least_squares > UNEXPLAINED || !self.guesses.iter().all(Guess::is_sound) {
+        if least_squares > UNEXPLAINED || !self.hypotheses.iter().all(Hypothesis::is_sound) {
             self.begin(&measured);
             return;
         }
@@ -385,7 +388,7 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// Whether the hypotheses have started at a fix.
     fn has_begun(&self) -> bool {
-        self.guesses.iter().any(|guess| guess.weight > 0.0)
+        self.hypotheses.iter().any(|hypothesis| hypothesis.weight > 0.0)
     }
 
     /// Starts the hypotheses at a fix, 30° apart about the attitude of the best hypothesis, or about that of the start.
@@ -396,16 +399,16 @@ impl<T: Scalar> HeadingSearch<T> {
         };
         let axis = self.prior.axis;
         let mut sum = 0.0;
-        for (number, guess) in self.guesses.iter_mut().enumerate() {
-            let turn_rad = wrap_angle(2.0 * GUESS_SIGMA_RAD * number as f64);
+        for (number, hypothesis) in self.hypotheses.iter_mut().enumerate() {
+            let turn_rad = wrap_angle(2.0 * HYPOTHESIS_SIGMA_RAD * number as f64);
             let off = turn_rad / self.prior_sigma_rad;
-            guess.weight = libm::exp(-0.5 * square(off)).max(LEAST_WEIGHT);
-            guess.start_to_ned = middle.turned_in_to(axis * turn_rad as f32);
-            guess.start(measured, &self.prior);
-            sum += guess.weight;
+            hypothesis.weight = libm::exp(-0.5 * square(off)).max(LEAST_WEIGHT);
+            hypothesis.start_to_ned = middle.turned_in_to(axis * turn_rad as f32);
+            hypothesis.start(measured, &self.prior);
+            sum += hypothesis.weight;
         }
-        for guess in &mut self.guesses {
-            guess.weight /= sum;
+        for hypothesis in &mut self.hypotheses {
+            hypothesis.weight /= sum;
         }
         let Prior { bias_sigma_radps, .. } = self.prior;
         self.prior = Prior { bias_sigma_radps, ..PRIOR };
@@ -414,21 +417,21 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// Changes the weights of the hypotheses. `surprises` are minus twice the logarithms of their likelihoods.
-    fn weigh(&mut self, surprises: &[f64; GUESSES]) {
+    fn weigh(&mut self, surprises: &[f64; HYPOTHESISES]) {
         let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
         let mut sum = 0.0;
-        for (guess, surprise) in self.guesses.iter_mut().zip(surprises) {
-            guess.weight *= libm::exp(-0.5 * (surprise - least).min(50.0));
-            sum += guess.weight;
+        for (hypothesis, surprise) in self.hypotheses.iter_mut().zip(surprises) {
+            hypothesis.weight *= libm::exp(-0.5 * (surprise - least).min(50.0));
+            sum += hypothesis.weight;
         }
-        for guess in &mut self.guesses {
-            guess.weight = (guess.weight / sum).max(LEAST_WEIGHT);
+        for hypothesis in &mut self.hypotheses {
+            hypothesis.weight = (hypothesis.weight / sum).max(LEAST_WEIGHT);
         }
     }
 
     /// The hypothesis of the largest weight.
-    fn best(&self) -> Option<&Guess> {
-        self.guesses.iter().max_by(|a, b| a.weight.total_cmp(&b.weight))
+    fn best(&self) -> Option<&Hypothesis> {
+        self.hypotheses.iter().max_by(|a, b| a.weight.total_cmp(&b.weight))
     }
 
     /// Mean heading of the hypotheses relative to the best one, clockwise, and one-sigma over all hypotheses, rad.
@@ -438,12 +441,12 @@ impl<T: Scalar> HeadingSearch<T> {
     fn heading_spread(&self) -> (f64, f64) {
         let Some(best) = self.best() else { return (0.0, core::f64::consts::PI) };
         let (mut weights, mut off, mut variance) = (0.0, 0.0, 0.0);
-        for guess in &self.guesses {
-            let apart = turn_between(best.start_to_ned, guess.start_to_ned, DOWN);
-            let [.., own] = guess.attitude_variances();
-            weights += guess.weight;
-            off += guess.weight * apart;
-            variance += guess.weight * (f64::from(own) + square(apart));
+        for hypothesis in &self.hypotheses {
+            let apart = turn_between(best.start_to_ned, hypothesis.start_to_ned, DOWN);
+            let [.., own] = hypothesis.attitude_variances();
+            weights += hypothesis.weight;
+            off += hypothesis.weight * apart;
+            variance += hypothesis.weight * (f64::from(own) + square(apart));
         }
         let off = off / weights;
         (off, Scalar::sqrt((variance / weights - square(off)).max(0.0)))
@@ -455,8 +458,8 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// Present attitude of a hypothesis.
-    fn attitude(&self, guess: &Guess) -> Rotation<Body, Ned, T> {
-        (guess.start_to_ned.cast() * self.body_to_start).renormalised()
+    fn attitude(&self, hypothesis: &Hypothesis) -> Rotation<Body, Ned, T> {
+        (hypothesis.start_to_ned.cast() * self.body_to_start).renormalised()
     }
 }
 

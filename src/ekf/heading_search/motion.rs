@@ -2,13 +2,13 @@
 
 use super::super::scalar::Scalar;
 use super::super::square;
-use super::guess::{Block, GUESS_SIGMA_RAD, Guess, STATES};
+use super::hypothesis::{Block, HYPOTHESIS_SIGMA_RAD, Hypothesis, STATES};
 use super::{AGREED_RAD, HeadingSearch, LEAST_SHARE, PROVEN_S, UNPROVEN_RAD, turn_between};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 
 /// Motion according to the best hypothesis, and its covariance over all hypotheses.
 #[derive(Clone, Copy, Debug)]
-pub struct GuessedMotion<T> {
+pub struct HypothesisMotion<T> {
     /// Attitude.
     pub body_to_ned: Rotation<Body, Ned, T>,
     /// Velocity, m/s.
@@ -32,19 +32,19 @@ impl<T: Scalar> HeadingSearch<T> {
     /// # Source
     /// Equation (H4) of docs/equations.md.
     #[inline(never)]
-    pub(in super::super) fn motion(&mut self) -> Option<GuessedMotion<T>> {
+    pub(in super::super) fn motion(&mut self) -> Option<HypothesisMotion<T>> {
         let best = *self.best().filter(|_| self.has_begun())?;
         self.motion_of(&best)
     }
 
-    fn motion_of(&mut self, guess: &Guess) -> Option<GuessedMotion<T>> {
+    fn motion_of(&mut self, hypothesis: &Hypothesis) -> Option<HypothesisMotion<T>> {
         let (time, _) = self.last_fix?;
         let (velocity_mps, bias_radps) =
-            (guess.velocity_after(&self.since_fix), guess.bias_radps());
-        let [.., down] = guess.start_to_ned.rows();
+            (hypothesis.velocity_after(&self.since_fix), hypothesis.bias_radps());
+        let [.., down] = hypothesis.start_to_ned.rows();
         let mut covariance = [[0.0; STATES]; STATES];
-        let weights: f64 = self.guesses.iter().map(|other| other.weight).sum();
-        for other in &mut self.guesses {
+        let weights: f64 = self.hypotheses.iter().map(|other| other.weight).sum();
+        for other in &mut self.hypotheses {
             let share = (other.weight / weights) as f32;
             for (row, line) in covariance.iter_mut().zip(other.covariance()) {
                 for (sum, value) in row.iter_mut().zip(line) {
@@ -72,13 +72,13 @@ impl<T: Scalar> HeadingSearch<T> {
             Scalar::hypot(agreed_rad, off_rad).min(core::f64::consts::PI).max(least_rad);
         let taken = bias_radps.cast();
         self.filter_bias_radps = self.filter_bias_radps.map(|used| used + taken);
-        let motion = GuessedMotion {
-            body_to_ned: self.attitude(guess),
+        let motion = HypothesisMotion {
+            body_to_ned: self.attitude(hypothesis),
             velocity_mps: velocity_mps.cast(),
             bias_radps: taken,
             covariance,
             heading_sigma_rad,
-            turn_rad: turn_between(self.start_to_ned.cast(), guess.start_to_ned, self.axis),
+            turn_rad: turn_between(self.start_to_ned.cast(), hypothesis.start_to_ned, self.axis),
             is_found: is_proven && agreed_rad < AGREED_RAD,
         };
         let is_sound = motion.velocity_mps.is_finite()
@@ -94,20 +94,20 @@ impl<T: Scalar> HeadingSearch<T> {
         &mut self,
         baseline: Vector<Body>,
         heading_rad: f64,
-    ) -> Option<GuessedMotion<T>> {
+    ) -> Option<HypothesisMotion<T>> {
         let best = self.best().filter(|_| self.has_begun())?;
-        let turn_rad = |guess: &Guess| {
-            let pointed = (self.attitude(guess) * baseline.cast()).azimuth_rad().wide();
+        let turn_rad = |hypothesis: &Hypothesis| {
+            let pointed = (self.attitude(hypothesis) * baseline.cast()).azimuth_rad().wide();
             wrap_angle(heading_rad - pointed)
         };
-        let off = |guess: &&Guess| libm::fabs(turn_rad(guess));
-        let nearest = *self.guesses.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let off = |hypothesis: &&Hypothesis| libm::fabs(turn_rad(hypothesis));
+        let nearest = *self.hypotheses.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
         if nearest.weight < LEAST_SHARE * best.weight {
             return None;
         }
         let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad(&nearest)));
         let motion = self.motion_of(&nearest)?;
         let body_to_ned = motion.body_to_ned.turned_in_to(turn);
-        Some(GuessedMotion { body_to_ned, heading_sigma_rad: GUESS_SIGMA_RAD, ..motion })
+        Some(HypothesisMotion { body_to_ned, heading_sigma_rad: HYPOTHESIS_SIGMA_RAD, ..motion })
     }
 }

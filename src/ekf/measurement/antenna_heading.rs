@@ -67,7 +67,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.catch_up(trace);
         let own = self.covariance.variance(ATTITUDE + 2);
         if libm::fabs(off_rad) > REVERSED_RAD && own < square(SURE_RAD) {
-            return Err(Unusable::Reversed);
+            return Err(Unusable::BaselineReversed);
         }
         self.relax(trace);
         self.antenna_heading.used = Some(time);

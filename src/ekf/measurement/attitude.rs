@@ -106,7 +106,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// one. Returns its variances in tilt and heading in addition to its noise, rad².
     ///
     /// # Errors
-    /// [`Unusable::TurnsOtherwise`] if it does not.
+    /// [`Unusable::InconsistentWithGyros`] if it does not.
     fn watch_attitude(
         &mut self,
         time: Time,
@@ -132,7 +132,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             watch.push(off_rad, elapsed_s);
         }
         if watch.is_inconsistent() {
-            return Err(Unusable::TurnsOtherwise);
+            return Err(Unusable::InconsistentWithGyros);
         }
         Ok(watch.excess(self.config.attitude.noise_rad, elapsed_s))
     }

@@ -36,7 +36,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let elapsed_s = self.gates.since_accepted_s(Group::Baro, time);
         if self.barometer.repeats(height_m, elapsed_s) {
-            return Err(Unusable::NothingNew);
+            return Err(Unusable::RepeatedReading);
         }
         self.relax(trace);
         let elapsed_s = elapsed_s.clamp(LEAST_S, WIND_TIME_S);

@@ -174,7 +174,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.excess.forget_factor();
         }
         // From positions alone, the only evidence of a step is that the filter diverged.
-        stepped.far |= places_alone && report.any_reopened();
+        stepped.far |= places_alone && report.any_reset();
         // A height that a barometer confirms is right, and so are the biases behind it.
         stepped.down_far = stepped.down_far.filter(|_| !self.gates.agrees(Group::Baro, fix.time));
         let is_far = stepped.far || stepped.down_far.is_some();
@@ -260,7 +260,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 _ => continue,
             };
             let surprise = square(axis.normalised()).min(MOST_SURPRISE);
-            let share = if places_alone && axis.verdict == Verdict::Reopened {
+            let share = if places_alone && axis.verdict == Verdict::Reset {
                 REOPENED_SHARE
             } else {
                 1.0 + self.config.gps.learning_rate * (surprise - 1.0)

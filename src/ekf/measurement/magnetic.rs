@@ -106,7 +106,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::NotFinite);
         }
         if horizontal <= T::of(LEAST_LEVEL_SHARE) * strength {
-            return Err(Unusable::FieldTooSteep);
+            return Err(Unusable::HorizontalFieldTooWeak);
         }
         self.samples.rest.field(field_gauss);
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)? + 2;

@@ -43,8 +43,8 @@ impl Report {
 
     /// Whether the filter was reset to the measurement in any axis.
     #[must_use]
-    pub fn any_reopened(&self) -> bool {
-        self.innovations().any(|axis| axis.verdict == Verdict::Reopened)
+    pub fn any_reset(&self) -> bool {
+        self.innovations().any(|axis| axis.verdict == Verdict::Reset)
     }
 
     /// Whether the correction would have led to an invalid state or covariance. Then the correction was not applied and
@@ -57,7 +57,7 @@ impl Report {
     /// Whether the fixes of the last seconds were biased. Then a bias of the inertial unit may have changed in a step,
     /// and the covariance of the biases was widened.
     #[must_use]
-    pub const fn biases_were_opened(&self) -> bool {
+    pub const fn bias_variance_was_raised(&self) -> bool {
         self.biases_opened
     }
 
@@ -82,7 +82,7 @@ impl Report {
     /// Notes that the filter was reset to this measurement, with the innovations `off`.
     pub(super) fn was_fused(&mut self, off: impl IntoIterator<Item = f64>) {
         for (axis, off) in self.axes.iter_mut().flatten().zip(off) {
-            (axis.innovation, axis.verdict) = (off, Verdict::Reopened);
+            (axis.innovation, axis.verdict) = (off, Verdict::Reset);
         }
     }
 
@@ -122,17 +122,17 @@ pub enum Unusable {
     /// Two antennas further apart, or closer, than mounted: a wrong ambiguity.
     WrongBaseline,
     /// A heading of two antennas that points the opposite way, as with the antennas exchanged.
-    Reversed,
+    BaselineReversed,
     /// An attitude that does not turn with the gyros: frozen, late, smoothed, or disturbed by accelerations.
-    TurnsOtherwise,
+    InconsistentWithGyros,
     /// A single reading of the magnetic field that differs from the usual: a spike, or the start of a disturbance.
     Outlier,
     /// A magnetic field with hardly a horizontal part, or without strength: it determines no heading.
-    FieldTooSteep,
+    HorizontalFieldTooWeak,
     /// After a gap, roll and pitch are still too uncertain to level a magnetic field.
     NotLevelled,
     /// A repeated reading of the barometer: a logger writes more often than the barometer measures.
-    NothingNew,
+    RepeatedReading,
 }
 
 impl Unusable {
@@ -143,10 +143,13 @@ impl Unusable {
     pub const fn is_fault(self) -> bool {
         match self {
             Self::NotFinite | Self::TooOld | Self::AheadOfImu | Self::Repeated => true,
-            Self::Stuck | Self::WrongBaseline | Self::Reversed | Self::TurnsOtherwise => true,
-            Self::Outlier | Self::FieldTooSteep => true,
+            Self::Stuck
+            | Self::WrongBaseline
+            | Self::BaselineReversed
+            | Self::InconsistentWithGyros => true,
+            Self::Outlier | Self::HorizontalFieldTooWeak => true,
             Self::TooSoon | Self::NoState | Self::NotAligned | Self::HeadingUnknown => false,
-            Self::OutOfRange | Self::TooTilted | Self::NotLevelled | Self::NothingNew => false,
+            Self::OutOfRange | Self::TooTilted | Self::NotLevelled | Self::RepeatedReading => false,
         }
     }
 }
@@ -200,12 +203,14 @@ impl fmt::Display for Unusable {
             Self::TooTilted => "the beam points away from the ground",
             Self::Stuck => "a repeated distance although the vehicle moves",
             Self::WrongBaseline => "the baseline differs from the mounted one",
-            Self::Reversed => "points backwards: are the antennas exchanged?",
-            Self::TurnsOtherwise => "it turns unlike the gyros",
+            Self::BaselineReversed => "points backwards: are the antennas exchanged?",
+            Self::InconsistentWithGyros => "it turns unlike the gyros",
             Self::Outlier => "differs from the other readings",
-            Self::FieldTooSteep => "a field without a horizontal part, so without a heading",
+            Self::HorizontalFieldTooWeak => {
+                "a field without a horizontal part, so without a heading"
+            }
             Self::NotLevelled => "roll and pitch are still unknown after a gap",
-            Self::NothingNew => "a repeated reading",
+            Self::RepeatedReading => "a repeated reading",
         })
     }
 }

@@ -298,7 +298,7 @@ fn a_field_without_a_level_part_is_refused_as_too_steep() {
     let (time, to_body) = (filter.state.time, filter.state.body_to_ned.inverse());
     for field in [Vector::new(0.0, 0.0, 0.5), Vector::new(0.009, 0.0, -0.5), Vector::ZERO] {
         let told = filter.update_magnetic_heading(time, to_body * field, 0.0, &mut ());
-        assert_eq!(told, Err(Unusable::FieldTooSteep));
+        assert_eq!(told, Err(Unusable::HorizontalFieldTooWeak));
     }
     let told = filter.update_magnetic_heading(time, Vector::new(1e200, 0.0, 0.0), 0.0, &mut ());
     assert_eq!(told, Err(Unusable::NotFinite));
@@ -328,8 +328,8 @@ fn a_barometric_height_that_repeats_the_one_before_tells_nothing_new() {
         filter.update_baro(time, height_m, &mut ()).unwrap();
     }
     let told = filter.update_baro(time + 0.1, 500.1, &mut ());
-    assert_eq!(told, Err(Unusable::NothingNew));
-    assert!(!Unusable::NothingNew.is_fault());
+    assert_eq!(told, Err(Unusable::RepeatedReading));
+    assert!(!Unusable::RepeatedReading.is_fault());
     filter.update_baro(time + 0.2, 500.2, &mut ()).unwrap();
 }
 

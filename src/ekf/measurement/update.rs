@@ -94,7 +94,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let mut joint = Joint::<L, T, N>::new(sensitivities, innovations);
         joint.project(&mut self.covariance, 0);
         let mut on_fused = |index: usize, gain: &Gain<T, N>, innovation: T| {
-            if trace.hears_updates()
+            if trace.wants_updates()
                 && let Some(sensitivity) = sensitivities.of::<L, N>(index)
             {
                 trace.updated(&sensitivity, gain, innovation.wide());
@@ -168,7 +168,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     }
                 }
                 joint.project(&mut self.covariance, members.start);
-                Verdict::Reopened
+                Verdict::Reset
             } else {
                 Verdict::Rejected
             };

@@ -22,7 +22,7 @@ fn the_fence_is_reported_once_and_again_when_it_is_left() {
         bench.cycles(5);
     }
     assert_eq!(count(&bench, ControlNotice::FenceReached), 2);
-    assert_eq!(count(&bench, ControlNotice::FenceLeft), 1);
+    assert_eq!(count(&bench, ControlNotice::InsideFenceAgain), 1);
 }
 
 #[test]
@@ -61,10 +61,10 @@ fn it_goes_back_though_velocity_or_the_pilot_was_lost_meanwhile() {
     let (pilot_ms, aux_ms) = (bench.pilot_ms, bench.aux_ms);
     (bench.pilot_ms, bench.aux_ms) = (None, None);
     bench.cycles(700);
-    assert!(bench.told(ControlNotice::Descends) && north_asked_mps(&bench).abs() < 0.1);
+    assert!(bench.told(ControlNotice::DescentStarted) && north_asked_mps(&bench).abs() < 0.1);
     (bench.pilot_ms, bench.aux_ms) = (pilot_ms, aux_ms);
     bench.cycles(200);
-    assert!(bench.told(ControlNotice::PilotBack));
+    assert!(bench.told(ControlNotice::PilotSignalRestored));
     assert!(north_asked_mps(&bench) < -1.0, "after the pilot: {}", north_asked_mps(&bench));
 }
 

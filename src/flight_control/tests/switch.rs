@@ -11,9 +11,9 @@ fn a_switch_that_is_closed_at_a_restart_says_once_that_it_must_be_opened() {
     let mut bench = Bench::new(config());
     bench.aux_ms = Some(CLOSED_MS);
     assert_eq!(bench.cycles(200).mode, Mode::Manual);
-    assert_eq!(bench.told, [ControlNotice::MustBeOpened]);
+    assert_eq!(bench.told, [ControlNotice::SwitchMustBeReset]);
     assert!(bench.control.is_refused(), "telemetry shows that the switch has to be opened");
-    let words = ControlNotice::MustBeOpened.to_string();
+    let words = ControlNotice::SwitchMustBeReset.to_string();
     assert!(words.contains("open the switch to engage again"), "{words}");
     bench.aux_ms = Some(OPEN_MS);
     bench.cycles(5);

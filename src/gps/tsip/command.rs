@@ -8,25 +8,25 @@ use crate::time::Time;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
     /// 0x1F: answers 0x45.
-    AskVersion,
+    RequestVersion,
     /// 0x21: answers 0x41.
-    AskTime,
+    RequestTime,
     /// 0x24: answers 0x6D.
-    AskSatellites,
+    RequestSatellites,
     /// 0x26: answers 0x46 and 0x4B.
-    AskHealth,
+    RequestHealth,
     /// 0x25: restarts the receiver, which sends its start-up reports.
     SoftReset,
     /// 0x35 without data: answers 0x55.
-    AskIoOptions,
+    RequestIoOptions,
     /// 0x35: sets the reports, answers 0x55.
     SetIoOptions(IoOptions),
     /// 0x37: answers 0x57 with position and velocity.
-    AskLastFix,
+    RequestLastFix,
     /// 0x8E-20: superpackets on or off.
     SendSuperpackets(bool),
     /// 0x3C for all satellites: answers a 0x5C for each.
-    AskTracking,
+    RequestTracking,
 }
 
 impl Command {
@@ -40,19 +40,19 @@ impl Command {
     #[must_use]
     pub fn encode(self) -> Frame {
         match self {
-            Self::AskVersion => Frame::new(0x1F, &[]),
-            Self::AskTime => Frame::new(0x21, &[]),
-            Self::AskSatellites => Frame::new(0x24, &[]),
-            Self::AskHealth => Frame::new(0x26, &[]),
+            Self::RequestVersion => Frame::new(0x1F, &[]),
+            Self::RequestTime => Frame::new(0x21, &[]),
+            Self::RequestSatellites => Frame::new(0x24, &[]),
+            Self::RequestHealth => Frame::new(0x26, &[]),
             Self::SoftReset => Frame::new(0x25, &[]),
-            Self::AskIoOptions => Frame::new(0x35, &[]),
+            Self::RequestIoOptions => Frame::new(0x35, &[]),
             Self::SetIoOptions(options) => Frame::new(
                 0x35,
                 &[options.position, options.velocity, options.timing, options.auxiliary],
             ),
-            Self::AskLastFix => Frame::new(0x37, &[]),
+            Self::RequestLastFix => Frame::new(0x37, &[]),
             Self::SendSuperpackets(on) => Frame::new(0x8E, &[0x20, u8::from(on)]),
-            Self::AskTracking => Frame::new(0x3C, &[0]),
+            Self::RequestTracking => Frame::new(0x3C, &[0]),
         }
     }
 }
@@ -203,11 +203,11 @@ mod tests {
     #[test]
     fn commands_are_those_of_the_manual() {
         for (command, bytes) in [
-            (Command::AskVersion, &[0x10, 0x1F, 0x10, 0x03][..]),
-            (Command::AskTime, &[0x10, 0x21, 0x10, 0x03]),
-            (Command::AskIoOptions, &[0x10, 0x35, 0x10, 0x03]),
+            (Command::RequestVersion, &[0x10, 0x1F, 0x10, 0x03][..]),
+            (Command::RequestTime, &[0x10, 0x21, 0x10, 0x03]),
+            (Command::RequestIoOptions, &[0x10, 0x35, 0x10, 0x03]),
             (Command::SendSuperpackets(true), &[0x10, 0x8E, 0x20, 0x01, 0x10, 0x03]),
-            (Command::AskTracking, &[0x10, 0x3C, 0x00, 0x10, 0x03]),
+            (Command::RequestTracking, &[0x10, 0x3C, 0x00, 0x10, 0x03]),
         ] {
             assert_eq!(command.encode().as_bytes(), bytes);
         }

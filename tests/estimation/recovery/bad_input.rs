@@ -103,7 +103,7 @@ fn aids_that_are_none_are_refused_by_name_and_change_nothing() {
     let vertical = Vector::new(0.0, 0.0, 0.5);
     for steep in [vertical, Vector::ZERO] {
         let told = filter.update_magnetic_heading(time, steep, 0.0, &mut ());
-        assert_eq!(told, Err(Unusable::FieldTooSteep));
+        assert_eq!(told, Err(Unusable::HorizontalFieldTooWeak));
     }
     let nan = EulerAngles { roll_rad: f64::NAN, pitch_rad: 0.0, yaw_rad: 0.0 };
     let told = filter.update_attitude(time, Rotation::from_euler(nan), &mut ());

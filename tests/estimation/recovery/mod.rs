@@ -127,7 +127,7 @@ fn a_jump_that_stays_is_refused_at_first_and_then_followed_and_said_so() {
         rest.fix(Vector::ZERO);
     }
     let there = Vector::new(60.0, -80.0, 0.0);
-    let reopened_after = (0..60).position(|_| rest.fix(there).any_reopened()).unwrap();
+    let reopened_after = (0..60).position(|_| rest.fix(there).any_reset()).unwrap();
     assert_eq!(reopened_after, 30, "velocity agreed: the configured 30 s");
     assert!(rest.off_m(there) < 10.0, "{} m off", rest.off_m(there));
     // Neither hypothesis is confirmed: the one-sigma of the solution reaches back to the former position.
@@ -148,7 +148,7 @@ fn a_jump_away_from_a_place_reported_for_ten_seconds_is_followed_after_as_long()
         rest.fix(Vector::ZERO);
     }
     let there = Vector::new(60.0, -80.0, 0.0);
-    let reopened_after = (0..60).position(|_| rest.fix(there).any_reopened());
+    let reopened_after = (0..60).position(|_| rest.fix(there).any_reset());
     assert_eq!(reopened_after, Some(9));
 }
 
@@ -166,7 +166,7 @@ fn a_position_and_velocity_that_both_jump_are_followed_after_eight_seconds() {
     let reopened_after = (0..60).position(|second| {
         let time = rest.sit();
         let there = Vector::new(100.0 + 10.0 * f64::from(second), 0.0, 0.0);
-        rest.filter.update_gps(&moving(time, there, [10.0, 0.0])).unwrap().any_reopened()
+        rest.filter.update_gps(&moving(time, there, [10.0, 0.0])).unwrap().any_reset()
     });
     assert_eq!(reopened_after, Some(8), "the configured 8 s after the first rejection");
 }
@@ -267,7 +267,7 @@ fn a_filter_that_disagrees_after_an_outage_is_reopened_within_three_fixes() {
         rest.sit();
     }
     let there = Vector::new(900.0, 0.0, 0.0);
-    let reopened_after = (0..20).position(|_| rest.fix(there).any_reopened()).unwrap();
+    let reopened_after = (0..20).position(|_| rest.fix(there).any_reset()).unwrap();
     assert_eq!(reopened_after, 2);
     assert!(rest.off_m(there) < 30.0, "{} m off", rest.off_m(there));
 }
@@ -338,7 +338,7 @@ fn a_magnetic_heading_moves_the_heading_and_leaves_roll_and_pitch() {
 fn glitches_with_good_fixes_between_them_never_open_the_filter() {
     let mut rest = RestBase::new();
     for _ in 0..60 {
-        assert!(!rest.fix(Vector::new(500.0, 0.0, 0.0)).any_reopened());
+        assert!(!rest.fix(Vector::new(500.0, 0.0, 0.0)).any_reset());
         assert!(!rest.fix(Vector::ZERO).any_rejected());
     }
     assert!(rest.off_m(Vector::ZERO) < 1.0);

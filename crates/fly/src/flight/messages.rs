@@ -89,7 +89,7 @@ pub fn control_level(notice: &ControlNotice) -> Level {
     match notice {
         // The pilot must fly, or people must keep clear.
         ControlNotice::HandedBack(HandedBack::NoAttitude | HandedBack::Late)
-        | ControlNotice::Descends => Level::Critical,
+        | ControlNotice::DescentStarted => Level::Critical,
         ControlNotice::Mode(transition) => match (transition.to, transition.reason) {
             (Mode::Descent | Mode::Neutral, _) => Level::Critical,
             (_, Reason::Distrust(_)) => Level::Warning,
@@ -99,8 +99,8 @@ pub fn control_level(notice: &ControlNotice) -> Level {
         | ControlNotice::Released
         // The pilot's own choice.
         | ControlNotice::HandedBack(HandedBack::Override)
-        | ControlNotice::PilotBack
-        | ControlNotice::FenceLeft
+        | ControlNotice::PilotSignalRestored
+        | ControlNotice::InsideFenceAgain
         | ControlNotice::TestInputs(ProgrammeChange::Begins { .. } | ProgrammeChange::Done) => {
             Level::Info
         }
@@ -116,8 +116,8 @@ pub fn control_part(notice: &ControlNotice) -> Part {
         | ControlNotice::SwitchLost
         | ControlNotice::HandedBack(HandedBack::Override)
         | ControlNotice::PilotLost
-        | ControlNotice::PilotBack
-        | ControlNotice::Descends => Part::Pilot,
+        | ControlNotice::PilotSignalRestored
+        | ControlNotice::DescentStarted => Part::Pilot,
         ControlNotice::HandedBack(HandedBack::NoAttitude) => Part::InertialUnit,
         ControlNotice::HandedBack(HandedBack::Late) => Part::Computer,
         ControlNotice::Mode(transition) => match transition.reason {
@@ -157,7 +157,7 @@ mod tests {
         for (notice, part) in [
             (ControlNotice::HandedBack(HandedBack::NoAttitude), Part::InertialUnit),
             (ControlNotice::HandedBack(HandedBack::Late), Part::Computer),
-            (ControlNotice::Descends, Part::Pilot),
+            (ControlNotice::DescentStarted, Part::Pilot),
             (mode(Mode::Neutral, stale), Part::InertialUnit),
             (mode(Mode::Neutral, frozen), Part::InertialUnit),
             (mode(Mode::Descent, Reason::Patience), Part::Receiver),

@@ -225,7 +225,7 @@ impl RunSummary {
 
     /// Records the axes on which the filter was reset to the measurement.
     fn add_reopened(&mut self, report: &hovernav::ekf::Report) {
-        let reopened = report.innovations().filter(|axis| axis.verdict == Judged::Reopened);
+        let reopened = report.innovations().filter(|axis| axis.verdict == Judged::Reset);
         self.reopened.extend(reopened.map(|axis| Reopened {
             time_s: axis.time.seconds(),
             channel: axis.channel.name(),

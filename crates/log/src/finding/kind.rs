@@ -44,7 +44,7 @@ pub enum FindingKind {
     /// The antenna is not at its declared lever arm.
     LeverArm,
     /// The vehicle rolls on wheels.
-    OnWheels,
+    WheelConstraintOn,
     /// Inertial samples are missing over one span.
     Gap,
     /// Single inertial samples are missing throughout.
@@ -120,7 +120,7 @@ impl FindingKind {
         Self::TimeOffset,
         Self::ClockRate,
         Self::LeverArm,
-        Self::OnWheels,
+        Self::WheelConstraintOn,
         Self::Gap,
         Self::SamplesLost,
         Self::Reset,
@@ -153,18 +153,22 @@ impl FindingKind {
     #[must_use]
     pub fn of_notice(notice: &Notice) -> Option<Self> {
         Some(match notice {
-            Notice::Updated(report) if report.any_reopened() => Self::FilterReopened,
+            Notice::Updated(report) if report.any_reset() => Self::FilterReopened,
             Notice::Updated(report) if report.contradicts_itself() => Self::ContradictsItself,
             Notice::Updated(report) if report.any_rejected() => Self::Refused,
             Notice::Updated(report) if report.position_drift_m().is_some() => Self::PlaceWalks,
             Notice::SetupSuspect { .. } => Self::SetUp,
             Notice::HeadingFound { .. } => Self::HeadingFound,
             Notice::HeadingReset { .. } => Self::HeadingReset,
-            Notice::HeadingDoubted { .. } => Self::HeadingInDoubt,
+            Notice::HeadingSuspect { .. } => Self::HeadingInDoubt,
             Notice::HeadingMissing { .. } => Self::HeadingUnknown,
-            Notice::FieldDisturbed { .. } | Notice::FieldUsual { .. } => Self::MagneticDisturbance,
-            Notice::AntennaElsewhere { .. } => Self::LeverArm,
-            Notice::OnWheels { .. } | Notice::OffWheels { .. } => Self::OnWheels,
+            Notice::MagneticFieldDisturbed { .. } | Notice::MagneticFieldUsual { .. } => {
+                Self::MagneticDisturbance
+            }
+            Notice::AntennaOffsetFound { .. } => Self::LeverArm,
+            Notice::WheelConstraintOn { .. } | Notice::WheelConstraintOff { .. } => {
+                Self::WheelConstraintOn
+            }
             Notice::NotUsed { .. } => Self::Unusable,
             Notice::GapBridged { .. }
             | Notice::CovarianceReset { cause: ResetCause::LongGap { .. }, .. } => Self::Gap,
@@ -172,7 +176,7 @@ impl FindingKind {
             Notice::SampleSuspect { suspicion, .. } if suspicion.is_clipped() => Self::Clipping,
             Notice::SampleSuspect { suspicion, .. } if suspicion.stuck.any() => Self::StuckAxis,
             Notice::SampleSuspect { .. } => Self::Shock,
-            Notice::SampleRefused { fault, .. } => match fault {
+            Notice::SampleRejected { fault, .. } => match fault {
                 ImuFault::Stuck => Self::Stuck,
                 ImuFault::NotFinite => Self::NotANumber,
                 ImuFault::Interpolated => Self::Interpolated,
@@ -221,7 +225,7 @@ impl FindingKind {
             Self::TimeOffset => "time offset",
             Self::ClockRate => "clock rate",
             Self::LeverArm => "lever arm",
-            Self::OnWheels => "on wheels",
+            Self::WheelConstraintOn => "on wheels",
             Self::Gap => "gap",
             Self::SamplesLost => "samples lost",
             Self::Reset => "reset",

@@ -168,7 +168,7 @@ fn rejection(
         if group.unit == "m" {
             farthest_m = farthest_m.max(largest);
         }
-        let opened = rejected.iter().filter(|at| at.verdict == Verdict::Reopened);
+        let opened = rejected.iter().filter(|at| at.verdict == Verdict::Reset);
         reopened = opened.map(|at| at.time_s).next_back().or(reopened);
         let (name, unit) = (group.name, group.unit);
         // In a thinned run the number of accepted readings is unknown.

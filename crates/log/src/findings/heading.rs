@@ -57,10 +57,12 @@ fn changed_fields(log: &Judged<'_>, known: usize, findings: &mut Vec<Finding>) {
     let log_end_s = log.span_s().map_or(0.0, |(_, end_s)| end_s);
     let mut notices = log.run.notices.iter();
     while let Some(notice) = notices.next() {
-        let Notice::FieldDisturbed { time, share, sigma_rad, .. } = notice else { continue };
+        let Notice::MagneticFieldDisturbed { time, share, sigma_rad, .. } = notice else {
+            continue;
+        };
         let start_s = time.seconds();
         let restored_s = notices.clone().find_map(|notice| match notice {
-            Notice::FieldUsual { time, .. } => Some(time.seconds()),
+            Notice::MagneticFieldUsual { time, .. } => Some(time.seconds()),
             _ => None,
         });
         let end_s = restored_s.unwrap_or(log_end_s);
@@ -153,7 +155,7 @@ fn start(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 /// Adds the headings that were suspect according to the fixes, but were not reset.
 fn checks(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let checks = log.run.notices.iter().filter_map(|notice| match notice {
-        Notice::HeadingDoubted { time, off_rad, .. } => Some((time.seconds(), off_rad.abs())),
+        Notice::HeadingSuspect { time, off_rad, .. } => Some((time.seconds(), off_rad.abs())),
         _ => None,
     });
     for span in spans(checks, ONE_AMBIGUITY_S) {

@@ -270,7 +270,7 @@ fn reported(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                 ));
                 continue;
             }
-            Notice::SampleRefused { time, fault } => {
+            Notice::SampleRejected { time, fault } => {
                 let kind = match fault {
                     ImuFault::Stuck => 0,
                     ImuFault::NotFinite => 1,

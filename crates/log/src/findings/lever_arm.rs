@@ -29,7 +29,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 /// longer show this offset.
 fn found(log: &Judged<'_>) -> Option<(f64, String)> {
     let mut notices = log.run.notices.iter().filter_map(|notice| match *notice {
-        Notice::AntennaElsewhere { time, offset_m, .. } => Some((time.seconds(), offset_m)),
+        Notice::AntennaOffsetFound { time, offset_m, .. } => Some((time.seconds(), offset_m)),
         _ => None,
     });
     let (since_s, first) = notices.next()?;

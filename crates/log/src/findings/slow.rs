@@ -20,7 +20,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let solutions = &log.run.solutions;
     let Some(first) = solutions.first() else { return };
     // Steps for which the filter itself has enlarged its bias uncertainty are judged in `steps`.
-    let opened = log.run.reports().filter(|report| report.biases_were_opened());
+    let opened = log.run.reports().filter(|report| report.bias_variance_was_raised());
     let suspect: Vec<f64> = opened.filter_map(|report| report.time().map(Time::seconds)).collect();
     // Two solutions a second are enough.
     let mut coarse = Vec::new();

@@ -76,7 +76,9 @@ pub(super) fn find(log: &Judged<'_>, witness: Witness, findings: &mut Vec<Findin
 /// Times at which the inertial unit's own attitude disagreed with the gyros, s.
 fn rejected_s(log: &Judged<'_>) -> Vec<f64> {
     let rejected = log.run.notices.iter().filter_map(|notice| match notice {
-        Notice::NotUsed { time, reason: Unusable::TurnsOtherwise, .. } => Some(time.seconds()),
+        Notice::NotUsed { time, reason: Unusable::InconsistentWithGyros, .. } => {
+            Some(time.seconds())
+        }
         _ => None,
     });
     rejected.collect()
@@ -182,7 +184,7 @@ fn force_excess(
 fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let at = |time_s: f64| log.solution_at(time_s);
     let mut told_s = f64::NEG_INFINITY;
-    for report in log.run.reports().filter(|report| report.biases_were_opened()) {
+    for report in log.run.reports().filter(|report| report.bias_variance_was_raised()) {
         let Some(time_s) = report.time().map(Time::seconds) else { continue };
         let (Some(before), Some(after), Some(later)) =
             (at(time_s - 0.5), at(time_s + ABSORBED_S), at(time_s + 2.0 * ABSORBED_S))

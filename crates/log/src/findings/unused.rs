@@ -36,10 +36,10 @@ const REASONS: [(Unusable, bool); 12] = [
     (Unusable::Repeated, false),
     (Unusable::Stuck, false),
     (Unusable::WrongBaseline, false),
-    (Unusable::Reversed, false),
-    (Unusable::TurnsOtherwise, false),
+    (Unusable::BaselineReversed, false),
+    (Unusable::InconsistentWithGyros, false),
     (Unusable::Outlier, false),
-    (Unusable::FieldTooSteep, false),
+    (Unusable::HorizontalFieldTooWeak, false),
 ];
 
 /// Time before a gap in the inertial samples, s, within which readings also become too old because of the gap.
@@ -54,7 +54,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let ended_s = last_sample.unwrap_or(f64::INFINITY);
     let disturbed_s: Vec<f64> = (log.run.notices.iter())
         .filter_map(|notice| match notice {
-            Notice::FieldDisturbed { time, .. } => Some(time.seconds()),
+            Notice::MagneticFieldDisturbed { time, .. } => Some(time.seconds()),
             _ => None,
         })
         .collect();
@@ -129,9 +129,9 @@ const fn kind(reason: Unusable) -> FindingKind {
         Unusable::Repeated => FindingKind::FrozenFix,
         Unusable::Stuck => FindingKind::Stuck,
         Unusable::WrongBaseline => FindingKind::WrongBaseline,
-        Unusable::Reversed => FindingKind::Reversed,
+        Unusable::BaselineReversed => FindingKind::Reversed,
         Unusable::Outlier => FindingKind::Spikes,
-        Unusable::TurnsOtherwise => FindingKind::AttitudeUnlikeGyros,
+        Unusable::InconsistentWithGyros => FindingKind::AttitudeUnlikeGyros,
         _ => FindingKind::Unusable,
     }
 }
@@ -145,10 +145,12 @@ const fn in_words(reason: Unusable) -> &'static str {
         Unusable::WrongBaseline => {
             "the antennas found further apart, or closer, than they are mounted"
         }
-        Unusable::Reversed => "pointing backwards: are the two antennas exchanged?",
+        Unusable::BaselineReversed => "pointing backwards: are the two antennas exchanged?",
         Unusable::Outlier => "single spikes, off the field before and after",
-        Unusable::FieldTooSteep => "without a horizontal part of the field, so without a heading",
-        Unusable::TurnsOtherwise => {
+        Unusable::HorizontalFieldTooWeak => {
+            "without a horizontal part of the field, so without a heading"
+        }
+        Unusable::InconsistentWithGyros => {
             "the attitude turns unlike the gyros: it is frozen, late, smoothed or disturbed by accelerations"
         }
         _ => "frozen: the previous fix repeated while the vehicle moved",

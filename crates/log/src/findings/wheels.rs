@@ -8,8 +8,8 @@ use crate::finding::{Finding, FindingKind, Sensor, Severity};
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let (_, end_s) = log.span_s().unwrap_or_default();
     let mut notices = log.run.notices.iter().filter_map(|notice| match *notice {
-        Notice::OnWheels { time, sigma_mps } => Some((time.seconds(), Some(sigma_mps))),
-        Notice::OffWheels { time } => Some((time.seconds(), None)),
+        Notice::WheelConstraintOn { time, sigma_mps } => Some((time.seconds(), Some(sigma_mps))),
+        Notice::WheelConstraintOff { time } => Some((time.seconds(), None)),
         _ => None,
     });
     while let Some((start_s, held)) = notices.next() {
@@ -22,7 +22,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(
             Finding::warning(
                 Sensor::Vehicle,
-                FindingKind::OnWheels,
+                FindingKind::WheelConstraintOn,
                 (start_s, off_s.unwrap_or(end_s)),
                 words,
             )

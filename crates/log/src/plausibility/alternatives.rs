@@ -138,7 +138,7 @@ fn disagreement(run: &Run) -> Option<[f64; 2]> {
     let mut opened_until_s = f64::NEG_INFINITY;
     for report in run.reports() {
         for axis in report.innovations() {
-            if report.biases_were_opened() {
+            if report.bias_variance_was_raised() {
                 opened_until_s = axis.time.seconds() + OPENED_S;
             }
             if matches!(

@@ -59,7 +59,7 @@ pub fn innovations(innovations: &[Innovation], onboard: Option<&Onboard>, clock:
             let row = Row::new(name, unit)
                 .with(Series::points(Role::OnboardInnovation, theirs))
                 .with(Series::points(Role::Innovation, those(Verdict::Accepted)))
-                .with(Series::points(Role::Reopened, those(Verdict::Reopened)))
+                .with(Series::points(Role::Reopened, those(Verdict::Reset)))
                 .with(Series::points(Role::Rejected, those(Verdict::Rejected)));
             let row = if own.is_empty() { row } else { row.with(Series::bound(&times, &high)) };
             (!row.series.is_empty()).then_some(row)

@@ -180,7 +180,7 @@ fn fix(
     let number = flight.fixes.len();
     let (offset, verdict) = match number % 97 {
         40 => (Vector::new(35.0, -60.0, 12.0), Verdict::Rejected),
-        80 => (Vector::new(9.0, 9.0, 14.0), Verdict::Reopened),
+        80 => (Vector::new(9.0, 9.0, 14.0), Verdict::Reset),
         _ => (Vector::ZERO, Verdict::Accepted),
     };
     let speed = velocity + noise.vector(0.15);

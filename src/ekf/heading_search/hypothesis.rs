@@ -7,9 +7,9 @@ use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::matrix::{add_scaled, combined, dot, product, skew, times};
 
 /// Number of hypotheses.
-pub(super) const GUESSES: usize = 12;
+pub(super) const HYPOTHESISES: usize = 12;
 /// One-sigma of the heading of a hypothesis at its start, rad: neighbours overlap at one sigma.
-pub(super) const GUESS_SIGMA_RAD: f64 = core::f64::consts::PI / GUESSES as f64;
+pub(super) const HYPOTHESIS_SIGMA_RAD: f64 = core::f64::consts::PI / HYPOTHESISES as f64;
 /// Gravity, m/s².
 const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
 
@@ -89,7 +89,7 @@ pub(super) struct Prior {
 
 /// A hypothesis of the attitude.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Guess {
+pub(super) struct Hypothesis {
     pub weight: f64,
     /// Attitude: rotation from the body axes at the start of the bank.
     pub start_to_ned: Rotation<Body, Ned, f32>,
@@ -98,7 +98,7 @@ pub(super) struct Guess {
     covariance: Block,
 }
 
-impl Guess {
+impl Hypothesis {
     /// Empty hypothesis, of weight zero.
     pub const NONE: Self = Self {
         weight: 0.0,
@@ -118,7 +118,7 @@ impl Guess {
         self.velocity_mps = Vector::new(velocity(0), velocity(1), velocity(2));
         self.bias_radps = Vector::ZERO;
         self.covariance = [[0.0; STATES]; STATES];
-        let (tilt, open) = (square(prior.tilt_sigma_rad), square(GUESS_SIGMA_RAD as f32));
+        let (tilt, open) = (square(prior.tilt_sigma_rad), square(HYPOTHESIS_SIGMA_RAD as f32));
         let [north, east, down] =
             measured.axes.map(|axis| axis.map_or(square(UNKNOWN_MPS), |(_, variance)| variance));
         let bias = square(prior.bias_sigma_radps);
