@@ -57,46 +57,47 @@
 // Version of the binary interface: increases with every change of a structure, a code or a function.
 #define HOVERNAV_ABI 9
 
-// Largest memory of an object, bytes, in any build of the library. hovernav_size() gives the memory in this build.
+// Largest size of an object, bytes, in any build of the library. hovernav_size() gives the size in this build.
 #define HOVERNAV_SIZE 34816
 
-// Largest memory of an object in a library built without heading-search, bytes.
+// Largest size of an object, bytes, in a library built without heading-search.
 #define HOVERNAV_SIZE_WITHOUT_SEARCH 28672
 
 // Alignment of an object's memory, bytes.
 #define HOVERNAV_ALIGNMENT 16
 
-// In HovernavAlignment.heading: the first available of two antennas, the unit's attitude, the magnetometer, unknown.
+// In HovernavAlignment.heading: the first available source in the order two antennas, inertial unit's own attitude,
+// magnetometer; else unknown.
 #define HOVERNAV_HEADING_ANY 0
 
-// The unit's own attitude.
+// In HovernavAlignment.heading: the inertial unit's own attitude.
 #define HOVERNAV_HEADING_ATTITUDE 1
 
-// The magnetometer, levelled, with the declination.
+// In HovernavAlignment.heading: the levelled magnetometer, corrected by the declination.
 #define HOVERNAV_HEADING_MAGNETOMETER 2
 
-// The course over ground; only for vehicles that travel in the direction of their nose.
+// In HovernavAlignment.heading: the course over ground; only for vehicles that travel in the direction of their nose.
 #define HOVERNAV_HEADING_COURSE 3
 
-// Unknown: found in motion.
+// In HovernavAlignment.heading: unknown; the estimator finds the heading in motion.
 #define HOVERNAV_HEADING_UNKNOWN 4
 
-// Two GPS antennas.
+// In HovernavAlignment.heading: two GPS antennas.
 #define HOVERNAV_HEADING_SECOND_ANTENNA 5
 
-// In HovernavLinesConfig.dmu_mode: rates, accelerations and field.
+// In HovernavLinesConfig.dmu_mode: rates, accelerations and magnetic field.
 #define HOVERNAV_DMU_SCALED 1
 
-// Rates, accelerations, field and the unit's own attitude.
+// In HovernavLinesConfig.dmu_mode: rates, accelerations, magnetic field and the inertial unit's own attitude.
 #define HOVERNAV_DMU_ANGLE 2
 
 // In HovernavLinesConfig.gps_protocol: Trimble Standard Interface Protocol.
 #define HOVERNAV_GPS_TSIP 1
 
-// NMEA 0183 sentences.
+// In HovernavLinesConfig.gps_protocol: NMEA 0183 sentences.
 #define HOVERNAV_GPS_NMEA 2
 
-// u-blox binary.
+// In HovernavLinesConfig.gps_protocol: u-blox binary.
 #define HOVERNAV_GPS_UBX 3
 
 // In HovernavConfig.vehicle_kind: unstated. The fixes show whether the vehicle rolls on wheels.
@@ -111,19 +112,19 @@
 // Aeroplane.
 #define HOVERNAV_VEHICLE_FIXED_WING 3
 
-// Vehicle on wheels: it is held to its road while fixes are absent.
+// Vehicle on wheels: its velocity across the road is constrained while fixes are absent.
 #define HOVERNAV_VEHICLE_WHEELED 4
 
 // Vessel on water.
 #define HOVERNAV_VEHICLE_BOAT 5
 
-// Unit in a hand or on a person.
+// Inertial unit held in a hand or worn by a person.
 #define HOVERNAV_VEHICLE_HANDHELD 6
 
 // In HovernavImuSample.has: gyro and accel are integrals since the previous sample.
 #define HOVERNAV_IMU_INCREMENTS 1
 
-// In HovernavImuSample.has: the unit's own attitude is present.
+// In HovernavImuSample.has: the inertial unit's own attitude is present.
 #define HOVERNAV_IMU_ATTITUDE 2
 
 // In HovernavImuSample.has: the magnetic field is present.
@@ -141,10 +142,10 @@
 // In HovernavFix.has: one-sigma of velocity is present.
 #define HOVERNAV_FIX_VELOCITY_SIGMA 8
 
-// In HovernavFix.has: the height was held or assumed, so that neither height nor down velocity counts.
+// In HovernavFix.has: the receiver held or assumed the height, so that neither height nor down velocity counts.
 #define HOVERNAV_FIX_TWO_DIMENSIONAL 16
 
-// Count of numbers in the matrix of hovernav_get_covariance().
+// Number of elements in the matrix of hovernav_get_covariance().
 #define HOVERNAV_COVARIANCE 81
 
 // Largest number of axes in one update.
@@ -156,16 +157,16 @@
 // In HovernavSetPoint.kind: stop, and hold the position where the vehicle stops.
 #define HOVERNAV_SET_POINT_HOLD 0
 
-// Fly to a position and hold it, with the current heading.
+// In HovernavSetPoint.kind: fly to a position and hold it, with the current heading.
 #define HOVERNAV_SET_POINT_PLACE 1
 
-// Fly to a position and hold it, and turn to a heading.
+// In HovernavSetPoint.kind: fly to a position and hold it, and turn to a heading.
 #define HOVERNAV_SET_POINT_PLACE_AND_HEADING 2
 
-// Fly at a steady velocity.
+// In HovernavSetPoint.kind: fly at a steady velocity.
 #define HOVERNAV_SET_POINT_VELOCITY 3
 
-// Size of the reply, bytes: more than any call needs.
+// Size of the buffer for a reply, bytes: more than any call needs.
 #define HOVERNAV_REPLY 64
 
 // Status of a call. 0 is success, 1 is "not yet", the others are errors of the caller; a call with an error changes
@@ -174,7 +175,7 @@ typedef int32_t HovernavStatus;
 enum {
     // Success.
     HOVERNAV_STATUS_OK = 0,
-    // Nothing to give yet: before alignment has ended, or when all notices are read.
+    // No result yet: alignment has not ended, or all notices are read.
     HOVERNAV_STATUS_NOT_YET = 1,
     // A required pointer is null.
     HOVERNAV_STATUS_NULL_POINTER = -1,
@@ -186,7 +187,7 @@ enum {
     HOVERNAV_STATUS_NOT_CREATED = -4,
     // Header and library are of different versions of the binary interface.
     HOVERNAV_STATUS_ABI_MISMATCH = -5,
-    // A value is out of its range; HovernavFault names it, where the function has one.
+    // A value is out of its range. If the function has a HovernavFault, this names the value.
     HOVERNAV_STATUS_OUT_OF_RANGE = -6,
     // An unknown code, kind or flag.
     HOVERNAV_STATUS_UNKNOWN_CODE = -7,
@@ -209,7 +210,7 @@ enum {
     HOVERNAV_TRUST_VALID = 0,
     // Good enough to fly on, but degraded: close to its limit, by dead reckoning, or suspect after a sensor fault.
     HOVERNAV_TRUST_DEGRADED = 1,
-    // Not good enough.
+    // Not good enough to fly on.
     HOVERNAV_TRUST_LOST = 2,
 };
 
@@ -247,21 +248,22 @@ typedef uint32_t HovernavNoticeKind;
 enum {
     // Alignment ended; the first solution is available. `sigma`: one-sigma of its heading, rad.
     HOVERNAV_NOTICE_KIND_ALIGNED = 0,
-    // The heading, unknown at the start, is found. `sigma`: one-sigma of the heading, rad.
+    // The estimator has found the heading, which was unknown at the start. `sigma`: one-sigma of the heading, rad.
     HOVERNAV_NOTICE_KIND_HEADING_FOUND = 1,
-    // The heading was wrong and was replaced. `value`: the turn, rad; `sigma`: one-sigma, rad.
+    // The heading was wrong and was replaced. `value`: change of the heading, rad; `sigma`: one-sigma of the new
+    // heading, rad.
     HOVERNAV_NOTICE_KIND_HEADING_RESET = 2,
     // Alignment is complete except for a heading.
     HOVERNAV_NOTICE_KIND_HEADING_MISSING = 3,
-    // A measurement was compared with the estimate, axis by axis: see `axes`.
+    // The filter compared a measurement with the estimate, axis by axis: see `axes`.
     HOVERNAV_NOTICE_KIND_UPDATED = 4,
-    // A measurement was not compared: see `aid` and `reason`.
+    // The filter did not use a measurement: see `aid` and `reason`.
     HOVERNAV_NOTICE_KIND_NOT_USED = 5,
-    // An inertial sample ended a gap, which was bridged. `value`: length of the gap, s.
+    // An inertial sample ended a gap, which the estimator bridged. `value`: length of the gap, s.
     HOVERNAV_NOTICE_KIND_GAP_BRIDGED = 6,
     // The covariance was reset. `value`: the length of the gap that caused it, s, else 0.
     HOVERNAV_NOTICE_KIND_COVARIANCE_RESET = 7,
-    // Inertial samples start to saturate, or their vibration is far above the usual level.
+    // Inertial samples start to saturate, or their vibration is far above its usual level.
     HOVERNAV_NOTICE_KIND_SAMPLE_SUSPECT = 8,
     // An inertial sample was rejected: see `reason`.
     HOVERNAV_NOTICE_KIND_SAMPLE_REFUSED = 9,
@@ -270,30 +272,30 @@ enum {
     HOVERNAV_NOTICE_KIND_HEADING_DOUBTED = 10,
     // An event unknown to this header.
     HOVERNAV_NOTICE_KIND_OTHER = 11,
-    // The magnetic field differs from its usual value: a current or iron is nearby. `value`: difference as a share
-    // of its strength; `sigma`: one-sigma of the resulting error of the magnetic heading, rad.
+    // The magnetic field differs from its usual value: a current or iron is nearby. `value`: difference as a fraction
+    // of the field's strength; `sigma`: one-sigma of the resulting error of the magnetic heading, rad.
     HOVERNAV_NOTICE_KIND_FIELD_DISTURBED = 12,
     // The magnetic field is at its usual value again. `value`: 0 if the field returned, 1 if it stayed changed and
     // became the new usual value.
     HOVERNAV_NOTICE_KIND_FIELD_USUAL = 13,
-    // The position of the antenna differs from its lever arm, and the position found is used instead. `value`:
-    // distance between the two, m; `sigma`: one-sigma of each horizontal part, m.
+    // The position of the antenna differs from the configured lever arm; the estimator uses the estimated position
+    // instead. `value`: distance between the two positions, m; `sigma`: one-sigma of each horizontal component, m.
     HOVERNAV_NOTICE_KIND_ANTENNA_ELSEWHERE = 14,
     // The vehicle rolls on wheels: without fixes its velocity across the road is constrained. `sigma`: one-sigma of
-    // its velocity across, m/s. Only with the feature `height-aids`.
+    // this velocity, m/s. Only with the feature `height-aids`.
     HOVERNAV_NOTICE_KIND_ON_WHEELS = 15,
-    // The vehicle is off its wheels: the constraint has ended.
+    // The vehicle no longer rolls on wheels: the constraint of its velocity across the road has ended.
     HOVERNAV_NOTICE_KIND_OFF_WHEELS = 16,
     // The first samples or fixes show a likely mistake in units, signs or axes; the solution cannot be trusted.
     // `value`: a HovernavSetupFault, whose text is hovernav_setup_fault_text(); `sigma`: the mean specific force,
-    // m/s^2, the turn reported by the gyros in half a second, rad, or the size of the velocity's unit, m/s; else 0.
+    // m/s^2, the turn reported by the gyros in half a second, rad, or the unit of the velocity, m/s; else 0.
     HOVERNAV_NOTICE_KIND_SETUP_SUSPECT = 17,
 };
 
 // Sources of measurements besides the inertial unit.
 typedef uint32_t HovernavAid;
 enum {
-    // The notice has no such source.
+    // The notice does not concern a source of measurements.
     HOVERNAV_AID_NONE = 0,
     // GPS position and velocity.
     HOVERNAV_AID_GPS = 1,
@@ -318,15 +320,15 @@ enum {
     HOVERNAV_UNUSED_REASON_NONE = 0,
     // A value is not finite, or beyond the measurable range.
     HOVERNAV_UNUSED_REASON_NOT_FINITE = 1,
-    // Older than the filter's history.
+    // The measurement is older than the filter's history.
     HOVERNAV_UNUSED_REASON_TOO_OLD = 2,
-    // Later than the inertial samples.
+    // The measurement is later than the inertial samples.
     HOVERNAV_UNUSED_REASON_AHEAD_OF_IMU = 3,
     // The reading repeats the previous one, although the vehicle moves.
     HOVERNAV_UNUSED_REASON_REPEATED = 4,
-    // Too soon after the previous one to add information at its noise; no fault.
+    // The measurement is too soon after the previous one to add information at its noise; no fault.
     HOVERNAV_UNUSED_REASON_TOO_SOON = 5,
-    // The filter has no state for it; no fault.
+    // The filter has no state for the measurement; no fault.
     HOVERNAV_UNUSED_REASON_NO_STATE = 6,
     // The heading is still unknown; no fault.
     HOVERNAV_UNUSED_REASON_HEADING_UNKNOWN = 7,
@@ -341,21 +343,21 @@ enum {
     HOVERNAV_UNUSED_REASON_OUT_OF_RANGE = 11,
     // The beam of the rangefinder points away from the ground; no fault.
     HOVERNAV_UNUSED_REASON_TOO_TILTED = 12,
-    // A baseline longer or shorter than the mounted one.
+    // The measured baseline is longer or shorter than the mounted baseline.
     HOVERNAV_UNUSED_REASON_WRONG_BASELINE = 13,
     // A heading of two antennas that points in the opposite direction.
     HOVERNAV_UNUSED_REASON_REVERSED = 14,
     // A sample that a logger interpolated linearly between others.
     HOVERNAV_UNUSED_REASON_INTERPOLATED = 15,
-    // An attitude that turns differently from the gyros.
+    // An attitude whose change differs from the turn measured by the gyros.
     HOVERNAV_UNUSED_REASON_TURNS_OTHERWISE = 16,
-    // A single reading of the magnetic field that differs from the earlier ones.
+    // A single reading of the magnetic field that differs from the earlier readings.
     HOVERNAV_UNUSED_REASON_OUTLIER = 17,
-    // A magnetic field with too small a horizontal part: vertical or zero.
+    // A magnetic field whose horizontal component is too small: vertical or zero.
     HOVERNAV_UNUSED_REASON_FIELD_TOO_STEEP = 18,
-    // After a gap roll and pitch are not accurate enough yet to level a magnetic field; no fault.
+    // Roll and pitch after a gap are not yet accurate enough to level the magnetic field; no fault.
     HOVERNAV_UNUSED_REASON_NOT_LEVELLED = 19,
-    // The barometer's previous reading again; no fault.
+    // The barometer repeated its previous reading; no fault.
     HOVERNAV_UNUSED_REASON_NOTHING_NEW = 20,
     // The estimator has not aligned yet; no fault.
     HOVERNAV_UNUSED_REASON_NOT_ALIGNED = 21,
@@ -404,7 +406,7 @@ enum {
     HOVERNAV_CHANNEL_WHEELS_RIGHT = 18,
     // Velocity of a vehicle on wheels normal to its road, down, m/s.
     HOVERNAV_CHANNEL_WHEELS_DOWN = 19,
-    // A row of a sensor of the caller, in its unit.
+    // A row of a sensor of the caller, in the unit of the row.
     HOVERNAV_CHANNEL_OWN = 20,
 };
 
@@ -413,7 +415,7 @@ typedef uint32_t HovernavVerdict;
 enum {
     // The axis corrected the state.
     HOVERNAV_VERDICT_ACCEPTED = 0,
-    // Outside the gate; the state is unchanged.
+    // The innovation is outside the gate; the state is unchanged.
     HOVERNAV_VERDICT_REJECTED = 1,
     // Accepted after a lockout: the filter was reset to the measurement.
     HOVERNAV_VERDICT_REOPENED = 2,
@@ -424,19 +426,19 @@ typedef uint32_t HovernavMode;
 enum {
     // The pilot flies.
     HOVERNAV_MODE_MANUAL = 0,
-    // Holds or moves to a position, holds the heading.
+    // Holds a position or flies to it, and holds the heading.
     HOVERNAV_MODE_POSITION = 1,
-    // Holds a velocity over ground and the heading.
+    // Holds a velocity over ground, and the heading.
     HOVERNAV_MODE_VELOCITY = 2,
     // Holds roll, pitch, heading and, if possible, height.
     HOVERNAV_MODE_ATTITUDE = 3,
-    // As Attitude, sinking at a set rate.
+    // As Attitude, but descends at the configured sink rate.
     HOVERNAV_MODE_DESCENT = 4,
-    // The sticks go to trim, because attitude is unknown too.
+    // Moves the sticks to trim, because attitude is unknown.
     HOVERNAV_MODE_NEUTRAL = 5,
 };
 
-// Reason of the change of mode in this step.
+// Reason for the change of mode in this step.
 typedef uint32_t HovernavModeReason;
 enum {
     // The mode did not change.
@@ -470,7 +472,7 @@ enum {
     HOVERNAV_SETUP_FAULT_FORCE_OTHER_RANGE = 4,
     // Accelerations without gravity.
     HOVERNAV_SETUP_FAULT_FORCE_WITHOUT_GRAVITY = 5,
-    // Accelerations of another size than gravity.
+    // Accelerations whose size differs from gravity, in an unknown unit or range.
     HOVERNAV_SETUP_FAULT_FORCE_SIZE = 6,
     // A specific force that does not point along -z: axes other than forward, right, down.
     HOVERNAV_SETUP_FAULT_FORCE_DIRECTION = 7,
@@ -488,32 +490,33 @@ enum {
     HOVERNAV_SETUP_FAULT_VELOCITY_SCALE = 13,
 };
 
-// Estimator, health, autopilot and sensor lines. The content is private; its size is hovernav_size().
+// The object with estimator, health monitor, autopilot and sensor protocols. Its content is private; its size is
+// hovernav_size().
 typedef struct Hovernav Hovernav;
 
-// Start of the estimator.
+// Alignment of the estimator at its start.
 typedef struct HovernavAlignment {
     // Source of the first heading: one of HOVERNAV_HEADING_.
     uint32_t heading;
-    // Length of inertial data needed, 0.1 to 120 s.
+    // Duration of inertial data needed for alignment, 0.1 to 120 s.
     double duration_s;
-    // Offset added to the unit's yaw for true heading, rad: the declination, if the yaw is magnetic.
+    // Offset, rad, added to the inertial unit's yaw to give true heading: the declination, if the yaw is magnetic.
     double attitude_declination_rad;
     // Magnetic declination, east positive, rad, for the magnetometer.
     double declination_rad;
-    // One-sigma of the unit's own roll and pitch, rad.
+    // One-sigma of the inertial unit's own roll and pitch, rad.
     double attitude_tilt_sigma_rad;
-    // One-sigma of the unit's own or the magnetic heading, rad.
+    // One-sigma of the first heading, from the inertial unit's own attitude or the magnetometer, rad.
     double heading_sigma_rad;
-    // One-sigma of levelling at rest, rad.
+    // One-sigma of roll and pitch from levelling at rest, rad.
     double level_sigma_rad;
-    // One-sigma of levelling in motion, rad.
+    // One-sigma of roll and pitch from levelling in motion, rad.
     double moving_level_sigma_rad;
-    // One-sigma of position, used where a fix states no accuracy of its own, m.
+    // One-sigma of position, m, for a fix without an accuracy of its own.
     double position_sigma_m;
-    // One-sigma of velocity, used where a fix states no accuracy of its own, m/s.
+    // One-sigma of velocity, m/s, for a fix without an accuracy of its own.
     double velocity_sigma_mps;
-    // Speed from which on the course gives the heading, m/s.
+    // Smallest speed at which the course gives the heading, m/s.
     double course_speed_mps;
 } HovernavAlignment;
 
@@ -523,11 +526,11 @@ typedef struct HovernavImuModel {
     double angle_random_walk_rad;
     // Velocity random walk, m/s/sqrt(s).
     double velocity_random_walk_mps;
-    // Share of the gyros' measured vibration that counts as white noise.
+    // Fraction of the gyros' measured vibration that counts as white noise.
     double gyro_vibration_share;
-    // Share of the accelerometers' measured vibration that counts as white noise.
+    // Fraction of the accelerometers' measured vibration that counts as white noise.
     double accel_vibration_share;
-    // Time, s, within which accelerometer samples share one vibration error.
+    // Time, s, within which accelerometer samples have the same vibration error.
     double accel_vibration_time_s;
     // One-sigma of the gyro bias, rad/s.
     double gyro_bias_sigma_radps;
@@ -541,74 +544,75 @@ typedef struct HovernavImuModel {
     double gyro_scale_sigma;
     // One-sigma of each accelerometer's scale factor error.
     double accel_scale_sigma;
-    // Gyro error about the axis of a turn, as a share of the turn, without states for it. Across the axis it is 2.5
-    // times as large.
+    // Gyro error about the axis of a turn, as a fraction of the turn, if the filter has no states for it. The error
+    // across the axis is 2.5 times as large.
     double turn_error_share;
-    // Time, s, for which the error of a turn keeps its sign.
+    // Time, s, for which the gyro error of a turn keeps its sign.
     double turn_error_time_s;
-    // One-sigma of each gyro's scale factor error as a share of the net turn about its axis, without states for it.
+    // One-sigma of each gyro's scale factor error, as a fraction of the net turn about its axis, if the filter has no
+    // states for it.
     double net_turn_error_share;
-    // Time constant with which a net turn is forgotten, s.
+    // Time constant, s, with which the memory of a net turn decays.
     double net_turn_memory_s;
     // Full scale of the gyros, rad/s; 0 if unknown.
     double gyro_range_radps;
     // Full scale of the accelerometers, m/s^2; 0 if unknown.
     double accel_range_mps2;
-    // Intervals longer than this, s, are gaps.
+    // Longest interval between samples that is not a gap, s.
     double gap_s;
-    // One-sigma of the acceleration that a gap may have hidden, m/s^2.
+    // One-sigma of the unmeasured acceleration during a gap, m/s^2.
     double gap_acceleration_mps2;
-    // One-sigma of the angular rate that a gap may have hidden, rad/s.
+    // One-sigma of the unmeasured angular rate during a gap, rad/s.
     double gap_rate_radps;
-    // Interval of covariance propagation, s; it is also propagated before each measurement. 0 for every sample, like
-    // the state.
+    // Interval of covariance propagation, s; 0 for propagation at every sample, like the state. The covariance is also
+    // propagated before each measurement.
     double covariance_interval_s;
 } HovernavImuModel;
 
 // Error model of the GPS.
 typedef struct HovernavGpsModel {
-    // One-sigma of horizontal position, each axis, used where a fix states no accuracy of its own, m.
+    // One-sigma of horizontal position, each axis, m, for a fix without an accuracy of its own.
     double horizontal_sigma_m;
-    // One-sigma of height, used where a fix states no accuracy of its own, m.
+    // One-sigma of height, m, for a fix without an accuracy of its own.
     double vertical_sigma_m;
-    // One-sigma of horizontal velocity, each axis, used where a fix states no accuracy of its own, m/s.
+    // One-sigma of horizontal velocity, each axis, m/s, for a fix without an accuracy of its own.
     double horizontal_velocity_sigma_mps;
-    // One-sigma of vertical velocity, used where a fix states no accuracy of its own, m/s.
+    // One-sigma of vertical velocity, m/s, for a fix without an accuracy of its own.
     double vertical_velocity_sigma_mps;
-    // Smallest one-sigma of the white part of position, m.
+    // Lower limit of the one-sigma of the white position error, m.
     double position_floor_m;
-    // Smallest one-sigma of the white part of velocity, m/s.
+    // Lower limit of the one-sigma of the white velocity error, m/s.
     double velocity_floor_mps;
-    // Share of the position's one-sigma that varies slowly, 0 to 1.
+    // Fraction of the position's one-sigma that varies slowly, 0 to 1.
     double position_wander_share;
     // Correlation time of the position's slow error, s.
     double position_wander_time_s;
-    // Share of the velocity's one-sigma that varies slowly, 0 to 1.
+    // Fraction of the velocity's one-sigma that varies slowly, 0 to 1.
     double velocity_wander_share;
     // Correlation time of the velocity's slow error, s.
     double velocity_wander_time_s;
-    // Time over which a receiver may have averaged its velocity, one-sigma, s.
+    // One-sigma of the time over which a receiver averages its velocity, s.
     double velocity_smoothing_s;
-    // Learning rate, 0 to 1: weight of one innovation in a learned GPS variance. The filter learns one-sigmas that
-    // fixes do not state, or state too small.
+    // Learning rate, 0 to 1: weight of one innovation in a learned GPS variance. The filter learns one-sigmas that the
+    // fixes do not contain, or that are too small.
     double learning_rate;
-    // One-sigma of the time between a fix's position and its velocity, s.
+    // One-sigma of the time between the validity of a fix's position and of its velocity, s.
     double position_latency_sigma_s;
-    // One-sigma of the time by which a fix is valid earlier than declared, s.
+    // One-sigma of the time, s, by which a fix is valid earlier than its declared time.
     double delay_sigma_s;
 } HovernavGpsModel;
 
-// Error model of an attitude reference.
+// Error model of the inertial unit's own attitude.
 typedef struct HovernavAttitudeModel {
     // Shortest time between two updates, s.
     double interval_s;
-    // One-sigma of its slow error in roll and pitch, rad.
+    // One-sigma of the slow error in roll and pitch, rad.
     double tilt_wander_rad;
-    // One-sigma of its slow error in heading, rad.
+    // One-sigma of the slow error in heading, rad.
     double heading_wander_rad;
-    // Correlation time of its slow error, s.
+    // Correlation time of the slow error, s.
     double wander_time_s;
-    // One-sigma of its white error, rad.
+    // One-sigma of the white error, rad.
     double noise_rad;
 } HovernavAttitudeModel;
 
@@ -616,21 +620,21 @@ typedef struct HovernavAttitudeModel {
 typedef struct HovernavMagnetometerModel {
     // Shortest time between two updates, s.
     double interval_s;
-    // One-sigma of its slow error, rad.
+    // One-sigma of the slow error of the heading, rad.
     double heading_wander_rad;
-    // Correlation time of its slow error, s.
+    // Correlation time of the slow error, s.
     double wander_time_s;
-    // One-sigma of its white error, rad.
+    // One-sigma of the white error, rad.
     double noise_rad;
 } HovernavMagnetometerModel;
 
 // Error model of a barometric height.
 typedef struct HovernavBaroModel {
-    // One-sigma of its white error, m.
+    // One-sigma of the white error of the height, m.
     double noise_m;
-    // One-sigma of its slow error, m.
+    // One-sigma of the slow error of the height, m.
     double wander_m;
-    // Correlation time of its slow error, s.
+    // Correlation time of the slow error, s.
     double wander_time_s;
 } HovernavBaroModel;
 
@@ -646,74 +650,74 @@ typedef struct HovernavGateModel {
     double lockout_s;
 } HovernavGateModel;
 
-// Switches of the mechanisms that the estimator has beyond a Kalman filter with fixed noise: 1 on, 0 off. All are on by
-// default. Equations such as (M11) are in docs/equations.md.
+// Switches of the mechanisms that the estimator has beyond a Kalman filter with fixed noise: 1 on, 0 off. All are on
+// by default. Equations such as (M11) are in docs/equations.md.
 typedef struct HovernavMechanisms {
     // Zero velocity and the Earth's rate at rest (M11).
     uint32_t rest;
-    // Smaller gyro biases after a rest: the change of the bias between rest and motion is learned (M11).
+    // Larger uncertainty of the gyro biases when a rest ends; the bias change is learned (M11).
     uint32_t rested_bias;
-    // Factor on the noise of the inertial unit, from successive innovations (K18).
+    // Learned factor on the noise of the inertial unit, from successive innovations (K18).
     uint32_t excess_noise;
-    // Steps of a bias, from growing innovations (K19).
+    // Detection of bias steps, from growing innovations (K19).
     uint32_t bias_steps;
-    // Sizes of the errors of fixes, from their innovations (M7).
+    // Learned one-sigmas of the fixes, from their innovations (M7).
     uint32_t fix_errors;
-    // Heading from horizontal force only beyond the force's own error (K23).
+    // Heading information only from horizontal force that exceeds its own error (K23).
     uint32_t level_force;
-    // Larger accelerometer biases while vibration changes (K24).
+    // Larger uncertainty of the accelerometer biases while vibration changes (K24).
     uint32_t rectification;
-    // Offset of the antenna from its stated position, from turns (M16).
+    // Offset of the antenna from its stated position, estimated in turns (M16).
     uint32_t antenna_offset;
-    // Motion along the road while fixes are absent, for vehicles on wheels (M17).
+    // Wheel constraint while fixes are absent: velocity only along the road (M17).
     uint32_t wheels;
     // Rejection of a receiver whose fixes contradict each other (K15).
     uint32_t self_contradiction;
     // Rejection of a height whose innovations are biased while another sensor of height agrees.
     uint32_t biased_heights;
-    // Reports of positions that drift from their own velocity; the one-sigma reaches back to the start (K25).
+    // Reports of positions that drift from their velocity; the one-sigma reaches back to the start of the drift (K25).
     uint32_t drifting_positions;
-    // A previous position as second hypothesis, after a position that jumped was accepted.
+    // The previous position as a second hypothesis, after a position that jumped was accepted.
     uint32_t previous_position;
-    // No fusion of fixes that repeat the previous one bit for bit.
+    // Rejection of fixes that repeat the previous one bit for bit.
     uint32_t repeated_fixes;
     // Correction of a heading by the heading bank (H2 to H5).
     uint32_t heading_monitor;
-    // No reset by a sensor of heading while the heading bank confirms the heading.
+    // No reset to a heading sensor while the heading bank confirms the filter's heading.
     uint32_t confirmed_heading;
-    // Second alignment after gaps (H7).
+    // Second alignment in flight after gaps (H7).
     uint32_t lost_level;
-    // Changes of the magnetic field (M15).
+    // Monitor of the magnetic field for changes (M15).
     uint32_t field_monitor;
-    // Comparison of the unit's own attitude with the gyros (M8).
+    // Comparison of the inertial unit's own attitude with the gyros (M8).
     uint32_t attitude_monitor;
-    // Scatter of the barometer (M18).
+    // Learned noise of the barometer, from the scatter of its readings (M18).
     uint32_t barometer_scatter;
-    // Error of the barometer by the wind of the vehicle's own speed (M10).
+    // Barometer error caused by the airflow at the vehicle's speed (M10).
     uint32_t barometer_wind;
-    // Shocks and lost samples: force is withheld, and noise is added (S13, S16).
+    // Shocks: the specific force is held close to its value before the shock, and noise is added (S13, S16).
     uint32_t shocks;
-    // Readings at full scale (S13).
+    // Larger uncertainty for readings at full scale (S13).
     uint32_t clipping;
-    // Single axes that repeat one reading (S13).
+    // Detection of single axes that repeat one reading (S13).
     uint32_t stuck_axes;
-    // No use of samples that repeat all six readings.
+    // Rejection of samples that repeat all six readings.
     uint32_t stuck_samples;
-    // No use of samples on a straight line, which a logger has interpolated (S17).
+    // Rejection of samples on a straight line, which a logger has interpolated (S17).
     uint32_t interpolated_samples;
 } HovernavMechanisms;
 
-// Error model of a distance to the ground, and of the ground.
+// Error model of a rangefinder and of the ground height.
 typedef struct HovernavRangeModel {
     // Shortest distance that the sensor measures, m.
     double least_m;
     // Longest distance that the sensor measures, m.
     double most_m;
-    // Readings below this quality, 0 to 1, are not used.
+    // Smallest quality of a usable reading, 0 to 1.
     double least_quality;
-    // One-sigma of its white error, used where a reading states no accuracy of its own, m.
+    // One-sigma of the white error, m, for a reading without an accuracy of its own.
     double noise_m;
-    // One-sigma of an additional error that grows with the distance, as a share of the distance.
+    // One-sigma of an additional error that grows with the distance, as a fraction of the distance.
     double noise_share;
     // One-sigma of the change of ground height over a metre, m.
     double ground_walk_m;
@@ -721,9 +725,9 @@ typedef struct HovernavRangeModel {
 
 // A rangefinder that looks at the ground.
 typedef struct HovernavRangefinder {
-    // Position of the sensor relative to the point of the solution, body axes, m.
+    // Position of the sensor relative to the reference point of the solution, body axes, m.
     double lever_arm_m[3];
-    // Direction of its beam, body axes, of length one; 0, 0, 1 is straight down.
+    // Unit vector along the beam, body axes; 0, 0, 1 is straight down.
     double beam[3];
     // Error model of the sensor and of the ground.
     struct HovernavRangeModel model;
@@ -733,72 +737,77 @@ typedef struct HovernavRangefinder {
 typedef struct HovernavAntennaHeadingModel {
     // Shortest time between two updates, s.
     double interval_s;
-    // One-sigma of the heading, used where a reading states no accuracy of its own, rad.
+    // One-sigma of the heading, rad, for a reading without an accuracy of its own.
     double sigma_rad;
-    // Smallest one-sigma, rad.
+    // Lower limit of the one-sigma of a heading, rad.
     double floor_rad;
-    // Share of the one-sigma that varies slowly, 0 to 1.
+    // Fraction of the one-sigma that varies slowly, 0 to 1.
     double wander_share;
     // Correlation time of the slow error, s.
     double wander_time_s;
-    // Largest difference of a measured baseline from the mounted one, m; beyond it the heading is rejected.
+    // Largest difference between the measured and the mounted length of the baseline, m; beyond it the heading is
+    // rejected.
     double length_tolerance_m;
 } HovernavAntennaHeadingModel;
 
 // The second of two GPS antennas that give a heading.
 typedef struct HovernavSecondAntenna {
-    // Vector from the first antenna to the second, body axes, m; all zero for headings of the vehicle itself.
+    // Baseline: vector from the first antenna to the second, body axes, m; all zero if the heading is that of the
+    // vehicle itself.
     double baseline_m[3];
-    // Error model of its heading.
+    // Error model of the heading of the two antennas.
     struct HovernavAntennaHeadingModel model;
 } HovernavSecondAntenna;
 
-// A notch at the speed of a rotor: removes its vibration from the inertial samples before all other processing. Slow
-// motion is delayed by width_hz / (2 pi frequency_hz^2) seconds, and the times of the samples are corrected for
-// that.
+// A notch filter at the speed of a rotor. It removes the rotor's vibration from the inertial samples before all other
+// processing. It delays slow motion by width_hz / (2 pi frequency_hz^2) seconds, and corrects the times of the samples
+// by this delay.
 typedef struct HovernavNotch {
     // Speed of the rotor, turns a second, Hz; 0 until hovernav_push_rotor_speed() sets it.
     double frequency_hz;
     // Width of the notch at half power, Hz, the same at each harmonic.
     double width_hz;
-    // Lowest frequency in the samples that is removed, Hz: below it the vehicle itself moves.
+    // Lowest frequency that the notch removes from the samples, Hz; lower frequencies are motion of the vehicle.
     double least_hz;
-    // Number of harmonics of the speed that are removed, 1 to 4; 0 for no notch, and then frequency_hz is 0.
+    // Number of harmonics of the rotor speed that the notch removes, 1 to 4. 0 for no notch, and then frequency_hz
+    // must be 0.
     uint32_t harmonics;
 } HovernavNotch;
 
 // Accuracy of the estimate required to fly: one-sigmas and times.
 typedef struct HovernavHealthLimits {
-    // Roll and pitch, rad.
+    // Largest one-sigma of roll and pitch, rad.
     double tilt_sigma_rad;
-    // Heading, rad.
+    // Largest one-sigma of heading, rad.
     double heading_sigma_rad;
-    // Horizontal velocity, m/s.
+    // Largest one-sigma of horizontal velocity, m/s.
     double velocity_sigma_mps;
-    // Vertical velocity, m/s.
+    // Largest one-sigma of vertical velocity, m/s.
     double vertical_velocity_sigma_mps;
-    // Position, each axis, m.
+    // Largest one-sigma of position on each axis, m.
     double position_sigma_m;
-    // Age of the estimate, s.
+    // Largest age of the estimate, s.
     double age_s;
     // Time without an accepted fix, s, after which the estimate counts as dead reckoning.
     double dead_reckoning_s;
-    // Time of rejected fixes, s, after which they contradict the estimate.
+    // Time, s, after which continually rejected fixes count as a contradiction to the estimate.
     double disagreement_s;
-    // Time, s, for which a quantity must be good before a better mode is flown on it again.
+    // Time, s, for which a quantity must be good before the autopilot returns to a better mode that uses it.
     double recovery_s;
 } HovernavHealthLimits;
 
-// The complete configuration of the estimator. hovernav_default_config() sets it to defaults; change known values.
+// The complete configuration of the estimator. hovernav_default_config() sets it to defaults; then replace the values
+// that you know.
 typedef struct HovernavConfig {
-    // Position of the inertial unit relative to the point of the solution (such as the centre of gravity), body
-    // axes, m.
+    // Position of the inertial unit relative to the reference point of the solution (such as the centre of gravity),
+    // body axes, m.
     double imu_lever_arm_m[3];
     // Position of the GPS antenna relative to the same point, body axes, m.
     double antenna_lever_arm_m[3];
-    // 1 if the unit's own attitude is used after alignment, else 0.
+    // 1 if the inertial unit's own attitude is used after alignment, else 0.
     uint32_t use_attitude;
-    // 1 if the magnetometer is used, unless the unit's own attitude is, else 0.
+    // 1 if the magnetometer is used, else 0. While use_attitude is 1, a sample's own attitude is used in place of its
+    // magnetic field.
     uint32_t use_magnetometer;
     // 1 if the barometer is used, else 0.
     uint32_t use_baro;
@@ -809,29 +818,29 @@ typedef struct HovernavConfig {
     // Kind of the vehicle, one of `HOVERNAV_VEHICLE_`. With `HOVERNAV_VEHICLE_UNSTATED` the fixes show whether the
     // vehicle rolls on wheels.
     uint32_t vehicle_kind;
-    // Start of the estimator.
+    // Alignment of the estimator at its start.
     struct HovernavAlignment alignment;
-    // Inertial sensors.
+    // Error model of the inertial sensors.
     struct HovernavImuModel imu;
-    // GPS.
+    // Error model of the GPS.
     struct HovernavGpsModel gps;
-    // The unit's own attitude.
+    // Error model of the inertial unit's own attitude.
     struct HovernavAttitudeModel attitude;
-    // Magnetometer.
+    // Error model of the magnetometer.
     struct HovernavMagnetometerModel magnetometer;
-    // Barometer.
+    // Error model of the barometer.
     struct HovernavBaroModel baro;
-    // Gates and recovery.
+    // Gates, and lockout times after which the filter is reset.
     struct HovernavGateModel gate;
-    // Switches of the mechanisms.
+    // Switches of the filter's mechanisms.
     struct HovernavMechanisms mechanisms;
-    // The rangefinder.
+    // Settings of the rangefinder.
     struct HovernavRangefinder rangefinder;
-    // The second antenna.
+    // Settings of the second antenna.
     struct HovernavSecondAntenna second_antenna;
-    // The notch before the estimator.
+    // Settings of the notch filter before the estimator.
     struct HovernavNotch notch;
-    // Limits of hovernav_get_health().
+    // Limits that hovernav_get_health() uses.
     struct HovernavHealthLimits health;
 } HovernavConfig;
 
@@ -860,7 +869,7 @@ typedef struct HovernavSticks {
 
 // Positions of the sticks in a steady hover, and the roll and pitch of the vehicle.
 typedef struct HovernavTrim {
-    // The controls.
+    // Positions of the controls.
     struct HovernavSticks sticks;
     // Roll, rad.
     double roll_rad;
@@ -870,11 +879,11 @@ typedef struct HovernavTrim {
 
 // Range and rate limits of the autopilot's commands, for each control.
 typedef struct HovernavStickLimits {
-    // Lowest, -1 to 0.
+    // Lowest position of each control, -1 to 0.
     struct HovernavSticks lowest;
-    // Highest, 0 to 1.
+    // Highest position of each control, 0 to 1.
     struct HovernavSticks highest;
-    // Fastest, full travels (of 1) a second; above 0.
+    // Largest rate of each control, full travels (of 1) a second; above 0.
     struct HovernavSticks rate_per_s;
 } HovernavStickLimits;
 
@@ -884,125 +893,125 @@ typedef struct HovernavGuidance {
     double position_gain_per_s;
     // Vertical speed per height error, 1/s.
     double height_gain_per_s;
-    // Fastest horizontal speed, m/s.
+    // Largest horizontal speed, m/s.
     double speed_mps;
-    // Fastest climb and descent, m/s.
+    // Largest climb and sink rate, m/s.
     double climb_mps;
     // Largest commanded horizontal acceleration, m/s^2.
     double acceleration_mps2;
     // Largest commanded vertical acceleration, m/s^2.
     double climb_acceleration_mps2;
-    // Fastest turn, rad/s.
+    // Largest turn rate, rad/s.
     double yaw_rate_radps;
 } HovernavGuidance;
 
 // Transitions between modes.
 typedef struct HovernavTransfer {
-    // Time constant, s, of the fade of the difference between two modes' commands.
+    // Time constant, s, with which the difference between the commands of two modes fades out.
     double fade_s;
-    // Time constant of the same fade when the pilot takes over, s.
+    // Time constant, s, with which the difference between autopilot and pilot fades out when the pilot takes over.
     double hand_back_s;
     // Time constant with which the sticks go to trim when attitude is unknown, s.
     double neutral_s;
-    // Deflection of a stick that counts as the pilot's override.
+    // Deflection of a stick from its position at engagement that counts as the pilot's override.
     double override_travel;
-    // Time for which attitude is held without velocity before the descent begins, s.
+    // Time, s, for which the autopilot holds attitude without a good velocity before it descends.
     double patience_s;
     // Sink rate of the descent, m/s.
     double descent_mps;
-    // Stick by which the trimmed collective changes, in the sinking direction, in a descent without vertical
-    // velocity.
+    // Change of the collective from trim, in the sinking direction, during a descent without a good vertical velocity.
     double descent_collective;
-    // Time constant of learning trim in a steady hover, s.
+    // Time constant, s, with which trim is learned in a steady hover.
     double trim_s;
 } HovernavTransfer;
 
-// Gains of a PID controller; units are the command's over the error's, combined with s as the names state.
+// Gains of a PID controller. Each gain has the unit of the command divided by the unit of the error, combined with s
+// as its name states.
 typedef struct HovernavPidGains {
-    // Command per error.
+    // Proportional gain: command per error.
     double proportional;
-    // Command per error and s.
+    // Integral gain: command per error and second.
     double integral_per_s;
-    // Command per rate of change of the measured value, s.
+    // Derivative gain, s: command per rate of change of the measured value.
     double derivative_s;
-    // Time constant of the low-pass on the derivative, s; from 0.
+    // Time constant of the low-pass on the derivative, s; 0 or more.
     double derivative_filter_s;
-    // Time constant with which the integral follows a limited command, s; above 0.
+    // Time constant, s, with which the integral follows a limited command; above 0.
     double tracking_time_s;
 } HovernavPidGains;
 
-// Gains of the yaw regulator. Measured states are r, psi; there are two hidden states.
+// Gains of the yaw regulator. The measured states are r and psi; there are two hidden states.
 typedef struct HovernavYawGains {
-    // Stick per measured state, row by control.
+    // Gain from each measured state to the stick, one row per control.
     double measured[1][2];
-    // Stick per hidden state.
+    // Gain from each hidden state to the stick, one row per control.
     double hidden[1][2];
-    // Stick per command under way.
+    // Gain from the pending command, sent in the last sample, to the stick.
     double pending[1][1];
-    // Stick per s of measured error.
+    // Gain from the time integral of each measured state's error to the stick, per s.
     double integral_per_s[1][2];
-    // Propagation of the hidden states over a sample, from themselves.
+    // Hidden states after a sample, per hidden state before it.
     double hidden_from_hidden[2][2];
-    // Propagation from the measured states.
+    // Hidden states after a sample, per measured state before it.
     double hidden_from_measured[2][2];
-    // Propagation from the command that acts.
+    // Hidden states after a sample, per command that acted during it.
     double hidden_from_pending[2][1];
-    // Time constant with which the integrals follow a limited command, s.
+    // Time constant, s, with which the integrals follow a limited command.
     double tracking_time_s;
 } HovernavYawGains;
 
-// Gains of the roll and pitch regulator. Measured states are p, q, phi, theta, u, v; there are six hidden states.
+// Gains of the roll and pitch regulator. The measured states are p, q, phi, theta, u, v; there are six hidden states.
 // The controls are lateral and longitudinal cyclic.
 typedef struct HovernavRollPitchGains {
-    // Stick per measured state, row by control.
+    // Gain from each measured state to the stick, one row per control.
     double measured[2][6];
-    // Stick per hidden state.
+    // Gain from each hidden state to the stick, one row per control.
     double hidden[2][6];
-    // Stick per command under way.
+    // Gain from the pending command, sent in the last sample, to the stick.
     double pending[2][2];
-    // Stick per s of measured error.
+    // Gain from the time integral of each measured state's error to the stick, per s.
     double integral_per_s[2][6];
-    // Propagation of the hidden states over a sample, from themselves.
+    // Hidden states after a sample, per hidden state before it.
     double hidden_from_hidden[6][6];
-    // Propagation from the measured states.
+    // Hidden states after a sample, per measured state before it.
     double hidden_from_measured[6][6];
-    // Propagation from the command that acts.
+    // Hidden states after a sample, per command that acted during it.
     double hidden_from_pending[6][2];
-    // Time constant with which the integrals follow a limited command, s.
+    // Time constant, s, with which the integrals follow a limited command.
     double tracking_time_s;
 } HovernavRollPitchGains;
 
-// Gains of the attitude regulator, for flight without a known velocity. Measured states are p, q, phi, theta.
+// Gains of the attitude regulator, for flight without a known velocity. The measured states are p, q, phi, theta.
 typedef struct HovernavAttitudeGains {
-    // Stick per measured state, row by control.
+    // Gain from each measured state to the stick, one row per control.
     double measured[2][4];
-    // Stick per hidden state.
+    // Gain from each hidden state to the stick, one row per control.
     double hidden[2][6];
-    // Stick per command under way.
+    // Gain from the pending command, sent in the last sample, to the stick.
     double pending[2][2];
-    // Stick per s of measured error.
+    // Gain from the time integral of each measured state's error to the stick, per s.
     double integral_per_s[2][4];
-    // Propagation of the hidden states over a sample, from themselves.
+    // Hidden states after a sample, per hidden state before it.
     double hidden_from_hidden[6][6];
-    // Propagation from the measured states.
+    // Hidden states after a sample, per measured state before it.
     double hidden_from_measured[6][4];
-    // Propagation from the command that acts.
+    // Hidden states after a sample, per command that acted during it.
     double hidden_from_pending[6][2];
-    // Time constant with which the integrals follow a limited command, s.
+    // Time constant, s, with which the integrals follow a limited command.
     double tracking_time_s;
 } HovernavAttitudeGains;
 
 // Gains of the autopilot, for the sample period of their design.
 typedef struct HovernavGains {
-    // Collective from the downward velocity w, body axes.
+    // Gains from the downward velocity w, body axes, to collective.
     struct HovernavPidGains heave;
-    // Pedal from r, psi.
+    // Gains from r, psi to pedal.
     struct HovernavYawGains yaw;
-    // Pedal per collective.
+    // Gain from collective to pedal, which compensates the yaw caused by collective.
     double pedal_per_collective;
-    // Cyclic from p, q, phi, theta, u, v.
+    // Gains from p, q, phi, theta, u, v to cyclic.
     struct HovernavRollPitchGains roll_pitch;
-    // Cyclic from p, q, phi, theta.
+    // Gains from p, q, phi, theta to cyclic, for flight without a known velocity.
     struct HovernavAttitudeGains attitude;
 } HovernavGains;
 
@@ -1011,7 +1020,7 @@ typedef struct HovernavGains {
 typedef struct HovernavAutopilotConfig {
     // Period of the control loop, s, for which the gains were designed.
     double period_s;
-    // Initial trim; a better one is learned in flight.
+    // Initial trim; the autopilot learns a better trim in flight.
     struct HovernavTrim trim;
     // Range and rate of the commands.
     struct HovernavStickLimits limits;
@@ -1045,18 +1054,18 @@ typedef struct HovernavFixLimits {
     double max_ground_speed_mps;
     // Largest climb or sink rate of the vehicle, m/s.
     double max_vertical_speed_mps;
-    // Largest distance of a position beyond the reach of the top speed since the last good fix, m.
+    // Largest jump of a position, m: distance from the last good fix minus the distance that the vehicle can travel.
     double max_jump_m;
-    // Largest delay of a fix relative to the most prompt recent fix, s.
+    // Largest delay of a fix, s, relative to the most prompt recent fix.
     double max_delay_s;
 } HovernavFixLimits;
 
-// Settings of the two serial lines: a Crossbow DMU-HDX-AHRS, and a receiver. With only one of them, leave the
-// other's settings at their defaults and never call its function.
+// Settings of the two serial lines: a Crossbow DMU-HDX-AHRS, and a receiver. With only one of the two sensors, leave
+// the settings of the other sensor at their defaults and never call its function.
 typedef struct HovernavLinesConfig {
-    // Packet type that the unit sends: one of HOVERNAV_DMU_.
+    // Packet type that the inertial unit sends: one of HOVERNAV_DMU_.
     uint32_t dmu_mode;
-    // Time between requests for a packet, s; with 0 the unit sends as fast as it can.
+    // Time between requests for a packet, s; with 0 the inertial unit sends as fast as it can.
     double dmu_cycle_s;
     // Latency from the moment of a sample to the arrival of its packet's last byte, s.
     double dmu_latency_s;
@@ -1064,7 +1073,7 @@ typedef struct HovernavLinesConfig {
     double rate_range_degps;
     // Rated range of the accelerometers, standard gravity.
     double accel_range_g;
-    // 1 for an accelerometer whose word counts along its axis, -1 against it: x, y, z.
+    // Signs of the accelerometers x, y, z: 1 if the output counts along the axis, -1 if it counts against the axis.
     int32_t accel_signs[3];
     // Protocol of the receiver: one of HOVERNAV_GPS_.
     uint32_t gps_protocol;
@@ -1086,22 +1095,23 @@ typedef struct HovernavImuSample {
     int64_t time_ns;
     // Sum of HOVERNAV_IMU_ flags; 0 for rates only.
     uint32_t has;
-    // Angular rate, rad/s; as an increment its integral, rad.
+    // Angular rate, rad/s; with HOVERNAV_IMU_INCREMENTS its integral since the previous sample, rad.
     double gyro[3];
-    // Specific force, m/s^2 (level and at rest z is -9.81); as an increment its integral, m/s.
+    // Specific force, m/s^2 (level and at rest z is -9.81); with HOVERNAV_IMU_INCREMENTS its integral since the
+    // previous sample, m/s.
     double accel[3];
-    // The unit's own roll, rad.
+    // Roll from the inertial unit's own attitude, rad.
     double roll_rad;
-    // The unit's own pitch, rad.
+    // Pitch from the inertial unit's own attitude, rad.
     double pitch_rad;
-    // The unit's own yaw, rad, from north clockwise.
+    // Yaw from the inertial unit's own attitude, rad, clockwise from north.
     double yaw_rad;
     // Magnetic field, gauss.
     double magnetic_field_gauss[3];
 } HovernavImuSample;
 
-// A satellite fix of the antenna, at its time of validity (arrival minus latency), on the clock of the inertial
-// samples.
+// A satellite fix of the antenna. Its time is the time of validity (arrival minus latency), on the clock of the
+// inertial samples.
 typedef struct HovernavFix {
     // Time of validity, ns.
     int64_t time_ns;
@@ -1142,7 +1152,7 @@ typedef struct HovernavSolution {
     double roll_rad;
     // Pitch, rad.
     double pitch_rad;
-    // Heading, rad, from true north clockwise.
+    // Heading, rad, clockwise from true north.
     double yaw_rad;
     // Angular rate p, q, r, body axes, rad/s.
     double angular_rate_radps[3];
@@ -1164,25 +1174,25 @@ typedef struct HovernavSolution {
 
 // Health of the estimate: trust in its quantities, with reasons.
 typedef struct HovernavHealth {
-    // Roll, pitch and heading.
+    // Trust in roll, pitch and heading.
     HovernavTrust attitude;
-    // Velocity, all axes.
+    // Trust in velocity, all axes.
     HovernavTrust velocity;
-    // Position.
+    // Trust in position.
     HovernavTrust position;
-    // Reason for roll, pitch and angular rates.
+    // Reason why roll, pitch and angular rates are not good enough.
     HovernavDistrust tilt_reason;
-    // Reason for the heading.
+    // Reason why the heading is not good enough.
     HovernavDistrust heading_reason;
-    // Reason for horizontal velocity.
+    // Reason why horizontal velocity is not good enough.
     HovernavDistrust velocity_reason;
-    // Reason for vertical velocity.
+    // Reason why vertical velocity is not good enough.
     HovernavDistrust vertical_velocity_reason;
-    // Reason for position.
+    // Reason why position is not good enough.
     HovernavDistrust position_reason;
     // 1 if velocity and position are by dead reckoning, because fixes are missing.
     uint32_t dead_reckoning;
-    // Time of the last accepted fix in this case, ns.
+    // Time of the last accepted fix, ns, if dead_reckoning is 1; else 0.
     int64_t dead_reckoning_since_ns;
 } HovernavHealth;
 
@@ -1200,25 +1210,25 @@ typedef struct HovernavInnovation {
 
 // A notice of the estimator.
 typedef struct HovernavNotice {
-    // The kind, which determines which of the fields below count.
+    // Kind of the notice; it determines which other fields count.
     HovernavNoticeKind kind;
     // Source of the measurement.
     HovernavAid aid;
-    // Reason why it was not used.
+    // Reason why the measurement or sample was not used.
     HovernavUnusedReason reason;
     // Number of valid entries in `axes`.
     uint32_t axis_count;
     // Time of the event, ns.
     int64_t time_ns;
-    // Meaning depends on the kind.
+    // Number whose meaning depends on the kind: see HovernavNoticeKind.
     double value;
-    // Meaning depends on the kind.
+    // Number whose meaning depends on the kind: see HovernavNoticeKind.
     double sigma;
     // The axes of an update, in the order of their processing.
     struct HovernavInnovation axes[HOVERNAV_AXES];
 } HovernavNotice;
 
-// The motion of a sensor that the filter expects at the time of a reading.
+// Motion of a sensor at the time of a reading, as predicted by the filter.
 typedef struct HovernavExpected {
     // Time of the reading, ns.
     int64_t time_ns;
@@ -1238,38 +1248,39 @@ typedef struct HovernavExpected {
     double angular_rate_radps[3];
 } HovernavExpected;
 
-// One measured quantity in any unit: its residual, and the derivatives of the expected value by the motion of the
-// sensor. All numbers are finite: residual and sigma at most 1e9, derivatives at most 1e6, sigma at least 1e-9.
+// One measured quantity in any unit: its residual, and the derivatives of the expected value with respect to the
+// motion of the sensor. All numbers are finite: residual and sigma at most 1e9, derivatives at most 1e6, sigma at
+// least 1e-9.
 typedef struct HovernavRow {
-    // Measured minus expected.
+    // Measured value minus expected value.
     double residual;
     // One-sigma of the measurement's white error.
     double sigma;
-    // Derivative by the position north, east, down, per m.
+    // Derivative of the expected value with respect to the position north, east, down, per m.
     double by_position[3];
-    // Derivative by the velocity north, east, down, per m/s.
+    // Derivative of the expected value with respect to the velocity north, east, down, per m/s.
     double by_velocity[3];
-    // Derivative by a small rotation of the body about north, east, down, per rad.
+    // Derivative of the expected value with respect to a small rotation of the body about north, east, down, per rad.
     double by_attitude[3];
-    // Derivative by the velocity in body axes, per m/s: in place of `by_velocity` and `by_attitude`, or in addition
-    // to them.
+    // Derivative of the expected value with respect to the velocity in body axes, per m/s. It replaces `by_velocity`
+    // and `by_attitude`, or adds to them.
     double by_velocity_body[3];
-    // Derivative by the angular rate about the body axes, per rad/s.
+    // Derivative of the expected value with respect to the angular rate about the body axes, per rad/s.
     double by_angular_rate[3];
 } HovernavRow;
 
-// Compares a reading with the expected motion: writes a row for each measured quantity to `rows`, which has room for
-// HOVERNAV_ROWS and is zero before, and returns their number. 0 for a reading that is not to be used. It must not use
-// the object. `context` is that of HovernavOwnSensor.
+// Function of the caller that compares a reading with the expected motion. It writes one row for each measured
+// quantity to `rows` and returns the number of rows, or 0 to reject the reading. `rows` has room for HOVERNAV_ROWS
+// rows and is zero before the call. The function must not use the object. `context` is the field of HovernavOwnSensor.
 typedef uint32_t (*HovernavCompare)(const struct HovernavExpected *expected,
                                     struct HovernavRow *rows,
                                     void *context);
 
 // A sensor of the caller.
 typedef struct HovernavOwnSensor {
-    // Compares a reading; must not be null.
+    // Function that compares a reading; must not be null.
     HovernavCompare compare;
-    // Passed to `compare`, for example the reading; may be null.
+    // Pointer passed to `compare`, for example to the reading; may be null.
     void *context;
     // Position of the sensor relative to the reference point of the lever arms, body axes, m.
     double lever_arm_m[3];
@@ -1277,13 +1288,13 @@ typedef struct HovernavOwnSensor {
 
 // Inputs of one step of the autopilot.
 typedef struct HovernavAutopilotInputs {
-    // The moment of the step, on the clock of the samples, ns.
+    // Time of the step, ns, on the clock of the samples.
     int64_t now_ns;
     // 1 if the pilot's sticks are received, else 0.
     uint32_t has_pilot;
     // The pilot's switch: 1 if the autopilot is to fly, else 0.
     uint32_t engage;
-    // The pilot's sticks. If one is not finite, none of them counts as received.
+    // The pilot's sticks. If one value is not finite, all four sticks count as not received.
     struct HovernavSticks pilot;
 } HovernavAutopilotInputs;
 
@@ -1301,7 +1312,7 @@ typedef struct HovernavAutopilotOutputs {
 
 // A set-point; the kind determines which fields count.
 typedef struct HovernavSetPoint {
-    // One of HOVERNAV_SET_POINT_.
+    // Kind of the set-point: one of HOVERNAV_SET_POINT_.
     uint32_t kind;
     // Latitude, degrees.
     double latitude_deg;
@@ -1309,31 +1320,32 @@ typedef struct HovernavSetPoint {
     double longitude_deg;
     // Height above the ellipsoid, m.
     double height_m;
-    // Heading, rad, from true north clockwise.
+    // Heading, rad, clockwise from true north.
     double heading_rad;
-    // Velocity forward of the heading, m/s.
+    // Velocity in the direction of the heading, m/s.
     double forward_mps;
-    // Velocity right of the heading, m/s.
+    // Velocity to the right of the heading, m/s.
     double right_mps;
     // Velocity downwards, m/s.
     double down_mps;
-    // Turn rate, right positive, rad/s.
+    // Turn rate, rad/s, positive to the right.
     double yaw_rate_radps;
 } HovernavSetPoint;
 
-// Result of the bytes of a line.
+// Result of the bytes passed from one serial line.
 typedef struct HovernavLineResult {
-    // Bytes to write to the same line now: the first reply_length of reply.
+    // Bytes to write to the same line now; the first reply_length bytes count.
     uint8_t reply[HOVERNAV_REPLY];
     // Number of bytes in the reply.
     uint32_t reply_length;
-    // Number of samples or fixes passed to the estimator.
+    // Number of samples or fixes in the bytes that were passed to the estimator.
     uint32_t used;
-    // Number of rejected packets or fixes: impossible values, no usable time, not good enough.
+    // Number of packets or fixes rejected because of impossible values, an unusable time or insufficient quality.
     uint32_t refused;
-    // 1 if the link to the unit failed and starts over, else 0.
+    // 1 if the link to the inertial unit failed and restarts, else 0.
     uint32_t lost;
-    // For the inertial unit: time until which to read next, ns. Call again then, with or without bytes.
+    // For the inertial unit: time, ns, until which the caller waits for bytes. Call again when bytes arrive, or at
+    // this time without bytes.
     int64_t read_until_ns;
 } HovernavLineResult;
 
@@ -1344,23 +1356,24 @@ extern "C" {
 // The text of a status: static, ends with a zero byte, never null.
 const char *hovernav_status_text(int32_t status);
 
-// Memory of an object of this library, bytes: at most HOVERNAV_SIZE.
+// Size of an object of this library, bytes: at most HOVERNAV_SIZE.
 size_t hovernav_size(void);
 
-// Alignment of this memory, bytes: at most HOVERNAV_ALIGNMENT.
+// Alignment of an object of this library, bytes: at most HOVERNAV_ALIGNMENT.
 size_t hovernav_alignment(void);
 
-// The library's version, "0.1.0": static, ends with a zero byte.
+// The library's version, such as "0.1.0": a static text that ends with a zero byte.
 const char *hovernav_version(void);
 
-// Whether header and library match: call it with HOVERNAV_ABI. HOVERNAV_STATUS_ABI_MISMATCH if they do not.
-// hovernav_default_config() makes the same check.
+// Checks that header and library match; call it with HOVERNAV_ABI. Returns HOVERNAV_STATUS_ABI_MISMATCH if they do not
+// match. hovernav_default_config() makes the same check.
 HovernavStatus hovernav_check_abi(uint32_t abi);
 
-// Creates an object in `memory`, of `size` bytes, at least hovernav_size(), aligned at least to
-// hovernav_alignment(). Returns its address, which is that of the memory. The memory belongs to the object until
-// hovernav_destroy(); nothing else is ever allocated. An earlier object there is overwritten. `fault`, unless null,
-// receives the first value of the configuration that is out of range.
+// Creates an object in `memory`. `size` is the size of the memory, bytes, at least hovernav_size(). The memory is
+// aligned at least to hovernav_alignment(). `created` receives the address of the object, which is the address of the
+// memory. The memory belongs to the object until hovernav_destroy(); nothing else is ever allocated. An earlier object
+// in the memory is overwritten. `fault`, unless null, receives the first value of the configuration that is out of
+// range.
 //
 // HOVERNAV_STATUS_NULL_POINTER, _MISALIGNED, _MEMORY_TOO_SMALL or _OUT_OF_RANGE.
 HovernavStatus hovernav_create(void *memory,
@@ -1369,19 +1382,19 @@ HovernavStatus hovernav_create(void *memory,
                                struct HovernavFault *fault,
                                struct Hovernav **created);
 
-// Destroys an object: its memory belongs to the caller again, and its address is no longer an object. Null counts as
-// an object already destroyed.
+// Destroys an object. Its memory belongs to the caller again, and its address is no longer the address of an object. A
+// null pointer is accepted and has no effect.
 //
-// HOVERNAV_STATUS_NOT_CREATED without an object, or _MISALIGNED.
+// HOVERNAV_STATUS_NOT_CREATED if there is no object at the address, or _MISALIGNED.
 HovernavStatus hovernav_destroy(struct Hovernav *nav);
 
-// Sets `config` to the defaults: a consumer or tactical-grade MEMS unit on a vibrating vehicle, a stand-alone GPS,
-// no lever arms. `abi` is HOVERNAV_ABI. If the library has another version, nothing is written and the result is
+// Sets `config` to the defaults: a consumer or tactical-grade MEMS inertial unit on a vibrating vehicle, a stand-alone
+// GPS, no lever arms. `abi` is HOVERNAV_ABI. If the library has another version, nothing is written and the result is
 // HOVERNAV_STATUS_ABI_MISMATCH.
 HovernavStatus hovernav_default_config(struct HovernavConfig *config,
                                        uint32_t abi);
 
-// Whether `config` can be used to navigate; `fault`, unless null, receives the first value out of range.
+// Checks `config`. `fault`, unless null, receives the first value that is out of range.
 HovernavStatus hovernav_check_config(const struct HovernavConfig *config,
                                      struct HovernavFault *fault);
 
@@ -1392,51 +1405,51 @@ HovernavStatus hovernav_default_autopilot_config(struct HovernavAutopilotConfig 
                                                  const struct HovernavGains *gains,
                                                  uint32_t abi);
 
-// Sets `config` to the defaults: a unit of 200 deg/s and 4 g in angle mode, polled every 30.3 ms. The receiver is an
-// NMEA one with a latency of 0.12 s. `abi` is HOVERNAV_ABI.
+// Sets `config` to the defaults. The inertial unit has ranges of 200 deg/s and 4 g, and is polled in angle mode every
+// 30.3 ms. The receiver sends NMEA with a latency of 0.12 s. `abi` is HOVERNAV_ABI.
 HovernavStatus hovernav_default_lines_config(struct HovernavLinesConfig *config,
                                              uint32_t abi);
 
-// Passes on a sample of the inertial unit. A notice reports a sample that the estimator cannot use: not finite, or
-// not later than the previous one. Notices report all other results too. The estimator bridges a gap of any length.
-// A wrong time far in the future therefore counts as a gap, and every sample up to it is rejected. Then
-// hovernav_get_health() reports the estimate as stale, and the object must be created again.
+// Passes a sample of the inertial unit to the estimator. A notice reports a sample that the estimator cannot use: not
+// finite, or not later than the previous sample. Notices report all other results too. The estimator bridges a gap of
+// any length. A wrong time far in the future therefore counts as a gap, and every sample up to this time is rejected.
+// In this case hovernav_get_health() reports the estimate as stale, and the object must be created again.
 HovernavStatus hovernav_push_imu(struct Hovernav *nav,
                                  const struct HovernavImuSample *sample);
 
-// Passes on a fix. A fix up to 10 s later than the last inertial sample waits for the next sample. A notice reports
-// impossible velocities and one-sigmas, and a time on another clock than that of the samples.
+// Passes a fix to the estimator. A fix up to 10 s later than the last inertial sample waits for the next sample. A
+// notice reports impossible velocities and one-sigmas, and a time on a clock other than that of the samples.
 //
 // HOVERNAV_STATUS_OUT_OF_RANGE for an invalid position: not finite, latitude beyond 90 degrees, longitude beyond
 // 360, height beyond 100 km. HOVERNAV_STATUS_UNKNOWN_CODE for an unknown flag.
 HovernavStatus hovernav_push_fix(struct Hovernav *nav,
                                  const struct HovernavFix *fix);
 
-// Passes on a barometric height above any fixed level, m, up, valid at `time_ns`. A notice reports a height beyond
-// 100 km.
+// Passes a barometric height to the estimator: m, up, above any fixed level, valid at `time_ns`. A notice reports a
+// height beyond 100 km.
 //
 // HOVERNAV_STATUS_NOT_BUILT if the library was built without height-aids.
 HovernavStatus hovernav_push_baro(struct Hovernav *nav,
                                   int64_t time_ns,
                                   double height_m);
 
-// Passes on the field of a magnetometer separate from the inertial unit, three components in body axes, gauss, valid
-// at `time_ns`. Only its direction is used.
+// Passes the magnetic field of a magnetometer separate from the inertial unit to the estimator. `field_gauss` has
+// three components in body axes, gauss, valid at `time_ns`. Only its direction is used.
 HovernavStatus hovernav_push_magnetometer(struct Hovernav *nav,
                                           int64_t time_ns,
                                           const double *field_gauss);
 
-// Passes on the current speed of the rotor, turns a second, Hz: the notch follows it from the next sample on. At 0,
-// a rotor at rest, the notch stays at its last frequency.
+// Passes the current speed of the rotor to the notch: turns a second, Hz. The notch follows this speed from the next
+// sample on. At 0, a rotor at rest, the notch stays at its last frequency.
 //
 // HOVERNAV_STATUS_NO_NOTCH if the configuration has no notch; HOVERNAV_STATUS_OUT_OF_RANGE for a speed that is not
 // finite, negative, or 10000 Hz and more.
 HovernavStatus hovernav_push_rotor_speed(struct Hovernav *nav,
                                          double rotor_hz);
 
-// Passes on a distance to the ground along the beam of the rangefinder, m, valid at `time_ns`. `sigma_m` is its
-// one-sigma, m. `quality` is the sensor's quality figure from 0, invalid, to 1. Both are NaN if the sensor does not
-// report them.
+// Passes a distance to the ground, m, along the beam of the rangefinder to the estimator. The distance is valid at
+// `time_ns`, and `sigma_m` is its one-sigma, m. `quality` is the sensor's quality figure, from 0 (invalid) to 1.
+// `sigma_m` or `quality` is NaN if the sensor does not report it.
 //
 // HOVERNAV_STATUS_NOT_BUILT if the library was built without height-aids.
 HovernavStatus hovernav_push_range(struct Hovernav *nav,
@@ -1445,9 +1458,9 @@ HovernavStatus hovernav_push_range(struct Hovernav *nav,
                                    double sigma_m,
                                    double quality);
 
-// Passes on the heading of two GPS antennas, from the first to the second, clockwise from true north, rad, valid at
-// `time_ns`. `sigma_rad` is its one-sigma, rad, and `length_m` the measured length of the baseline, m. Both are NaN
-// if the receiver does not report them.
+// Passes the heading of two GPS antennas to the estimator. The heading is the direction from the first antenna to the
+// second, clockwise from true north, rad, valid at `time_ns`. `sigma_rad` is its one-sigma, rad, and `length_m` is the
+// measured length of the baseline, m. `sigma_rad` or `length_m` is NaN if the receiver does not report it.
 HovernavStatus hovernav_push_antenna_heading(struct Hovernav *nav,
                                              int64_t time_ns,
                                              double heading_rad,
@@ -1458,14 +1471,14 @@ HovernavStatus hovernav_push_antenna_heading(struct Hovernav *nav,
 HovernavStatus hovernav_get_solution(struct Hovernav *nav,
                                      struct HovernavSolution *solution);
 
-// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers. Its rows are the attitude error (a
-// small turn, rad), the velocity error (m/s) and the position error (m) of the inertial unit. Each is north, east,
-// down. HOVERNAV_STATUS_NOT_YET until alignment and a search for the heading, if any, have ended.
+// Gives the joint covariance, 9 x 9, row by row, HOVERNAV_COVARIANCE numbers. Its rows are the attitude error (a small
+// rotation, rad), the velocity error (m/s) and the position error (m) of the inertial unit, each north, east, down.
+// HOVERNAV_STATUS_NOT_YET until alignment and a search for the heading, if any, have ended.
 HovernavStatus hovernav_get_covariance(struct Hovernav *nav,
                                        double *covariance);
 
-// Gives the health of the estimate at `now_ns`, on the clock of the samples. Call it once a cycle: a quantity that
-// has recovered must stay well within its limits before it counts as good.
+// Gives the health of the estimate at `now_ns`, on the clock of the samples. Call it once a cycle: a quantity that was
+// lost must be well within its limit before it counts as good again.
 HovernavStatus hovernav_get_health(struct Hovernav *nav,
                                    int64_t now_ns,
                                    struct HovernavHealth *health);
@@ -1473,12 +1486,12 @@ HovernavStatus hovernav_get_health(struct Hovernav *nav,
 // The text of a HovernavSetupFault: static, ends with a zero byte, never null.
 const char *hovernav_setup_fault_text(uint32_t fault);
 
-// Gives the oldest unread notice and removes it; HOVERNAV_STATUS_NOT_YET when all are read. The queue stores twelve,
-// more than one measurement can cause. Call it after each push until HOVERNAV_STATUS_NOT_YET.
+// Gives the oldest unread notice and removes it; HOVERNAV_STATUS_NOT_YET when all are read. The queue stores twelve
+// notices, more than one measurement can cause. After each push call it until it returns HOVERNAV_STATUS_NOT_YET.
 HovernavStatus hovernav_next_notice(struct Hovernav *nav,
                                     struct HovernavNotice *notice);
 
-// Gives the number of unread notices that newer ones overwrote.
+// Gives the number of unread notices that newer notices overwrote.
 HovernavStatus hovernav_lost_notices(struct Hovernav *nav, uint32_t *lost);
 
 // Fuses a reading of the caller's own sensor, valid at `time_ns`: up to 0.5 s before the last inertial sample, and up
@@ -1493,15 +1506,16 @@ HovernavStatus hovernav_measure(struct Hovernav *nav,
                                 struct HovernavNotice *notice);
 
 // Starts an autopilot inside the object, or restarts it, with the sticks at trim and not engaged. `fault`, unless
-// null, receives the first invalid value of the configuration. The previous autopilot then stays active.
+// null, receives the first invalid value of the configuration. With an invalid configuration the previous autopilot
+// stays active.
 HovernavStatus hovernav_start_autopilot(struct Hovernav *nav,
                                         const struct HovernavAutopilotConfig *config,
                                         struct HovernavFault *fault);
 
-// One step of the autopilot: call it once every period of its configuration. Its estimate is the solution without
-// the latest corrections, which fade in over about a second. A fix thus never moves a stick by a step. Each call
-// counts as one period, independent of `now_ns`. A call at another rate than that of the gains' design is an error
-// that cannot be detected here. `now_ns` gives the age of the solution and the duration of a mode.
+// Runs one step of the autopilot. Call it once every period of its configuration. The autopilot uses the solution
+// without the latest corrections, which fade in over about a second. A fix therefore never causes a jump of a stick.
+// Each call counts as one period, independent of `now_ns`. A call at a rate other than the design rate of the gains is
+// an error that cannot be detected here. `now_ns` gives the age of the solution and the duration of a mode.
 HovernavStatus hovernav_step_autopilot(struct Hovernav *nav,
                                        const struct HovernavAutopilotInputs *inputs,
                                        struct HovernavAutopilotOutputs *outputs);
@@ -1509,23 +1523,23 @@ HovernavStatus hovernav_step_autopilot(struct Hovernav *nav,
 // Sets the set-point. Engagement resets it to HOVERNAV_SET_POINT_HOLD.
 HovernavStatus hovernav_set(struct Hovernav *nav, const struct HovernavSetPoint *set_point);
 
-// Starts the protocols on both lines, or restarts them. `fault`, unless null, receives the first invalid value of
-// the configuration.
+// Starts the protocols on both serial lines, or restarts them. `fault`, unless null, receives the first invalid value
+// of the configuration.
 HovernavStatus hovernav_start_lines(struct Hovernav *nav,
                                     const struct HovernavLinesConfig *config,
                                     int64_t now_ns,
                                     struct HovernavFault *fault);
 
-// Takes `length` bytes read from the inertial unit's line; the last of them arrived at `now_ns`. Pass 0 bytes when
-// the time that the last call returned was reached without any. Its samples go to the estimator.
+// Processes `length` bytes read from the inertial unit's line; the last byte arrived at `now_ns`. Pass 0 bytes if no
+// byte arrived until the `read_until_ns` of the previous call. Samples in the bytes go to the estimator.
 HovernavStatus hovernav_push_dmu_bytes(struct Hovernav *nav,
                                        const uint8_t *bytes,
                                        size_t length,
                                        int64_t now_ns,
                                        struct HovernavLineResult *result);
 
-// Takes `length` bytes read from the receiver's line that arrived at `now_ns`. Pass 0 bytes once the line is silent
-// after an epoch: this ends the epoch. Good fixes go to the estimator.
+// Processes `length` bytes read from the receiver's line, which arrived at `now_ns`. Pass 0 bytes once the line is
+// silent after an epoch: this ends the epoch. Good fixes go to the estimator.
 HovernavStatus hovernav_push_gps_bytes(struct Hovernav *nav,
                                        const uint8_t *bytes,
                                        size_t length,
