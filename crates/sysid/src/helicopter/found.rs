@@ -1,8 +1,11 @@
 //! Result of a search, with or without a stabiliser bar.
 
-use super::identify::WIDENED;
 use super::kind::Kind;
 use crate::methods::prediction_error::{Estimate, Identified};
+
+/// Factor on the bounds for effects that the structure omits: servo and governor dynamics. Tischler and Remple, section
+/// 12.3, use 2.
+pub(super) const WIDENED: f64 = 1.5;
 
 /// Result of a search.
 pub(super) struct Found {

@@ -21,6 +21,7 @@ mod reconcile;
 mod responder;
 mod response;
 mod result;
+mod search;
 mod stretches;
 mod uncertainty;
 mod vehicle;

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 
 use super::found::Found;
 use super::frequency_domain::{PairCost, SideBySide};
-use super::identify::Search;
 use super::measured::Measured;
+use super::search::Search;
 use crate::methods::prediction_error;
 
 /// Factor in the rejection of the time domain. It is rejected if its cost J of a coherent response exceeds a limit. The
