@@ -85,7 +85,8 @@ impl core::error::Error for PacketError {}
 macro_rules! packet {
     (
         $(#[$about:meta])*
-        $Packet:ident, $length:literal, $word:ident, $($(#[$meaning:meta])* $triad:ident),*
+        $Packet:ident, $length:literal, $word:ident,
+        $($(#[$meaning:meta])* $triad:ident: $x:ident $y:ident $z:ident),*
     ) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -106,19 +107,17 @@ macro_rules! packet {
             /// # Errors
             /// [`PacketError`] with the first failed check; the header is checked first.
             pub fn decode(bytes: &[u8]) -> Result<Self, PacketError> {
-                let ([$($triad),*], [temperature, timer]) = words(bytes)?;
-                Ok(Self {
-                    $($triad: $triad.map($word::from_be_bytes),)*
-                    temperature: u16::from_be_bytes(temperature),
-                    timer: u16::from_be_bytes(timer),
-                })
+                let [$($x, $y, $z,)* temperature, timer] = words(bytes)?;
+                let count = |word: u16| $word::from_ne_bytes(word.to_ne_bytes());
+                Ok(Self { $($triad: [$x, $y, $z].map(count),)* temperature, timer })
             }
 
             /// The bytes of the packet, as the inertial unit sends them.
             #[must_use]
             pub fn encode(&self) -> [u8; Self::LENGTH] {
-                let triads = [$(self.$triad.map($word::to_be_bytes)),*];
-                frame(triads.as_flattened(), [self.temperature, self.timer].map(u16::to_be_bytes))
+                let counts = [$(self.$triad),*].into_iter().flatten();
+                let words = counts.map(|count| u16::from_ne_bytes(count.to_ne_bytes()));
+                frame(words, self.temperature, self.timer)
             }
         }
     };
@@ -137,24 +136,24 @@ packet! {
     /// ```
     AnglePacket, 30, i16,
     /// Roll, pitch and magnetic heading, 180°/32768 a count.
-    attitude,
+    attitude: roll pitch yaw,
     /// Angular rates, 1.5 × rated range/32768 a count.
-    angular_rate,
+    angular_rate: p q r,
     /// Accelerations, 1.5 × rated range/32768 a count.
-    acceleration,
+    acceleration: ax ay az,
     /// Magnetic field, 1.875 gauss/32768 a count.
-    magnetic_field
+    magnetic_field: mx my mz
 }
 
 packet! {
     /// A packet of scaled mode, 24 bytes: [`AnglePacket`] without the attitude.
     ScaledPacket, 24, i16,
     /// Angular rates, 1.5 × rated range/32768 a count.
-    angular_rate,
+    angular_rate: p q r,
     /// Accelerations, 1.5 × rated range/32768 a count.
-    acceleration,
+    acceleration: ax ay az,
     /// Magnetic field, 1.875 gauss/32768 a count.
-    magnetic_field
+    magnetic_field: mx my mz
 }
 
 packet! {
@@ -163,11 +162,11 @@ packet! {
     /// The calibration sheet of each inertial unit gives the conversion from these volts to rates and accelerations.
     VoltagePacket, 24, u16,
     /// Gyros, converter counts.
-    angular_rate,
+    angular_rate: p q r,
     /// Accelerometers, converter counts.
-    acceleration,
+    acceleration: ax ay az,
     /// Magnetometers, converter counts.
-    magnetic_field
+    magnetic_field: mx my mz
 }
 
 /// A packet of any mode.
@@ -216,14 +215,9 @@ impl Packet {
     }
 }
 
-/// Bytes of a word, the most significant one first.
-type Word = [u8; 2];
-
-/// The triads and the last two words of the frame at the start of `bytes`, after the check of header and checksum.
-fn words<const TRIADS: usize>(
-    bytes: &[u8],
-) -> Result<([[Word; 3]; TRIADS], [Word; 2]), PacketError> {
-    let expected = 6 * TRIADS + 6;
+/// The `WORDS` words of the frame at the start of `bytes`, after the check of header and checksum.
+fn words<const WORDS: usize>(bytes: &[u8]) -> Result<[u16; WORDS], PacketError> {
+    let expected = 2 * WORDS + 2;
     if let Some(&found) = bytes.first()
         && found != HEADER
     {
@@ -236,18 +230,25 @@ fn words<const TRIADS: usize>(
     if sum != *checksum {
         return Err(PacketError::Checksum { expected: sum, found: *checksum });
     }
-    let (mut triads, mut last) = ([[[0; 2]; 3]; TRIADS], [[0; 2]; 2]);
-    let words = triads.as_flattened_mut().iter_mut().chain(&mut last);
-    words.zip(payload.as_chunks().0).for_each(|(word, found)| *word = *found);
-    Ok((triads, last))
+    let mut words = [0; WORDS];
+    for (word, pair) in words.iter_mut().zip(payload.as_chunks().0) {
+        *word = u16::from_be_bytes(*pair);
+    }
+    Ok(words)
 }
 
-/// The frame of a packet's words.
-fn frame<const LENGTH: usize>(triads: &[Word], last: [Word; 2]) -> [u8; LENGTH] {
+/// The frame of a packet's sensor words, temperature and timer.
+fn frame<const LENGTH: usize>(
+    sensors: impl Iterator<Item = u16>,
+    temperature: u16,
+    timer: u16,
+) -> [u8; LENGTH] {
     let mut bytes = [HEADER; LENGTH];
     if let [_, payload @ .., checksum] = bytes.as_mut_slice() {
-        let words = triads.iter().chain(&last);
-        payload.as_chunks_mut().0.iter_mut().zip(words).for_each(|(to, word)| *to = *word);
+        let words = sensors.chain([temperature, timer]);
+        for (pair, word) in payload.as_chunks_mut().0.iter_mut().zip(words) {
+            *pair = word.to_be_bytes();
+        }
         *checksum = sum(payload);
     }
     bytes
