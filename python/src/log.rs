@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use tempfile::TempDir;
 
 use crate::columns::{read_only, split};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// The measurements of a flight, each sensor as a table. Units and axes are those of the library: see the column names,
 /// body axes are forward, right, down.
