@@ -677,7 +677,8 @@ typedef struct HovernavMechanisms {
     uint32_t biased_heights;
     // Reports of positions that drift from their velocity; the one-sigma reaches back to the start of the drift (K25).
     uint32_t drifting_positions;
-    // The previous position as a second hypothesis, after a position that jumped was accepted.
+    // A second position as a hypothesis: the previous one after a jump was accepted, and one that contradicts the
+    // start.
     uint32_t previous_position;
     // Rejection of fixes that repeat the previous one bit for bit.
     uint32_t repeated_fixes;

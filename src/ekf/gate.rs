@@ -391,6 +391,16 @@ impl Gates {
         [level_m.max(self.drift.drifted_m()), vertical_m]
     }
 
+    /// Notes a rejected position, `off_m` from that of the filter. While no fix has confirmed the position of the start,
+    /// both may be right.
+    pub fn doubt_start(&mut self, group: Group, off_m: f64) {
+        let is_position = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
+        let Some(gate) = self.gates.get_mut(group as usize) else { return };
+        if is_position && !gate.was_open() {
+            (gate.ambiguity_m, gate.ambiguity_s) = (gate.ambiguity_m.max(off_m as f32), 1);
+        }
+    }
+
     /// Drops the second hypothesis of a position to which the filter was reset.
     pub fn forget_previous(&mut self, group: Group) {
         if let Some(gate) = self.gates.get_mut(group as usize) {

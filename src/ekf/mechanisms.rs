@@ -74,7 +74,8 @@ switches! {
         /// Reports of positions that drift from their velocity; the one-sigma reaches back to the start of the drift
         /// (K25).
         drifting_positions,
-        /// The previous position as a second hypothesis, after a position that jumped was accepted.
+        /// A second position as a hypothesis: the previous one after a jump was accepted, and one that contradicts the
+        /// start.
         previous_position,
         /// Rejection of fixes that repeat the previous one bit for bit.
         repeated_fixes,

@@ -34,7 +34,8 @@ pub struct Mechanisms {
     pub biased_heights: u32,
     /// Reports of positions that drift from their velocity; the one-sigma reaches back to the start of the drift (K25).
     pub drifting_positions: u32,
-    /// The previous position as a second hypothesis, after a position that jumped was accepted.
+    /// A second position as a hypothesis: the previous one after a jump was accepted, and one that contradicts the
+    /// start.
     pub previous_position: u32,
     /// Rejection of fixes that repeat the previous one bit for bit.
     pub repeated_fixes: u32,

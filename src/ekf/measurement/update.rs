@@ -170,6 +170,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 joint.project(&mut self.covariance, members.start);
                 Verdict::Reset
             } else {
+                if self.config.mechanisms.previous_position {
+                    self.gates.doubt_start(group, off[0].abs());
+                }
                 Verdict::Rejected
             };
             for index in members {

@@ -142,6 +142,28 @@ fn a_jump_that_stays_is_refused_at_first_and_then_followed_and_said_so() {
 }
 
 #[test]
+fn the_position_of_a_start_is_as_uncertain_as_the_fixes_that_contradict_it() {
+    let mut rest = RestBase::new();
+    let truth = Vector::new(4000.0, -2500.0, 0.0);
+    let assert_covered = |rest: &RestBase, truth: Vector<Ned>| {
+        let sigma_m = rest.filter.solution().position_sigma_m;
+        let off_m = rest.off_m(truth);
+        assert!(off_m < 3.0 * sigma_m.x().hypot(sigma_m.y()), "{off_m} m off, {sigma_m:?}");
+    };
+    // The start is one of the random positions; none of the next thirty confirms it.
+    for k in 0..30 {
+        let [north_m, east_m] = [2.1, 3.7].map(|step| 5000.0 * (f64::from(k) * step).sin());
+        rest.fix(truth + Vector::new(north_m, east_m, 0.0));
+        assert_covered(&rest, truth);
+    }
+    for _ in 0..20 {
+        rest.fix(truth);
+        assert_covered(&rest, truth);
+    }
+    assert!(rest.off_m(truth) < 3.0, "{} m off", rest.off_m(truth));
+}
+
+#[test]
 fn a_jump_away_from_a_place_reported_for_ten_seconds_is_followed_after_as_long() {
     let mut rest = RestBase::new();
     for _ in 0..10 {
