@@ -2,6 +2,7 @@
 
 use crate::scalar::Scalar;
 
+#[inline(always)]
 pub(crate) fn square<T: Scalar>(value: T) -> T {
     value * value
 }
@@ -20,6 +21,7 @@ pub(crate) fn times<T: Scalar, const R: usize, const C: usize>(
 }
 
 /// `sum[i] += factor · addend[i]`.
+#[inline(always)]
 pub(crate) fn add_scaled<T: Scalar, const N: usize>(sum: &mut [T; N], factor: T, addend: &[T; N]) {
     for (sum, &addend) in sum.iter_mut().zip(addend) {
         *sum += factor * addend;

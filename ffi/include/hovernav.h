@@ -151,7 +151,7 @@
 // Largest number of axes in one update.
 #define HOVERNAV_AXES 6
 
-// Largest number of rows of one reading.
+// Largest number of rows, one per measured quantity, for one reading of a sensor of the caller.
 #define HOVERNAV_ROWS 6
 
 // In HovernavSetPoint.kind: stop, and hold the position where the vehicle stops.
@@ -937,7 +937,7 @@ typedef struct HovernavPidGains {
     double derivative_s;
     // Time constant of the low-pass on the derivative, s; 0 or more.
     double derivative_filter_s;
-    // Time constant, s, with which the integral follows a limited command; above 0.
+    // Anti-windup time constant, s, with which the integral follows a limited command; above 0.
     double tracking_time_s;
 } HovernavPidGains;
 
@@ -951,13 +951,13 @@ typedef struct HovernavYawGains {
     double pending[1][1];
     // Gain from the time integral of each measured state's error to the stick, per s.
     double integral_per_s[1][2];
-    // Hidden states after a sample, per hidden state before it.
+    // Gain from each hidden state before a sample to each one after it, one row per hidden state after it.
     double hidden_from_hidden[2][2];
-    // Hidden states after a sample, per measured state before it.
+    // Gain from each measured state before a sample to each hidden state after it.
     double hidden_from_measured[2][2];
-    // Hidden states after a sample, per command that acted during it.
+    // Gain from each command that acted during a sample to each hidden state after it.
     double hidden_from_pending[2][1];
-    // Time constant, s, with which the integrals follow a limited command.
+    // Anti-windup time constant, s, with which the integrals follow a limited command.
     double tracking_time_s;
 } HovernavYawGains;
 
@@ -972,13 +972,13 @@ typedef struct HovernavRollPitchGains {
     double pending[2][2];
     // Gain from the time integral of each measured state's error to the stick, per s.
     double integral_per_s[2][6];
-    // Hidden states after a sample, per hidden state before it.
+    // Gain from each hidden state before a sample to each one after it, one row per hidden state after it.
     double hidden_from_hidden[6][6];
-    // Hidden states after a sample, per measured state before it.
+    // Gain from each measured state before a sample to each hidden state after it.
     double hidden_from_measured[6][6];
-    // Hidden states after a sample, per command that acted during it.
+    // Gain from each command that acted during a sample to each hidden state after it.
     double hidden_from_pending[6][2];
-    // Time constant, s, with which the integrals follow a limited command.
+    // Anti-windup time constant, s, with which the integrals follow a limited command.
     double tracking_time_s;
 } HovernavRollPitchGains;
 
@@ -992,13 +992,13 @@ typedef struct HovernavAttitudeGains {
     double pending[2][2];
     // Gain from the time integral of each measured state's error to the stick, per s.
     double integral_per_s[2][4];
-    // Hidden states after a sample, per hidden state before it.
+    // Gain from each hidden state before a sample to each one after it, one row per hidden state after it.
     double hidden_from_hidden[6][6];
-    // Hidden states after a sample, per measured state before it.
+    // Gain from each measured state before a sample to each hidden state after it.
     double hidden_from_measured[6][4];
-    // Hidden states after a sample, per command that acted during it.
+    // Gain from each command that acted during a sample to each hidden state after it.
     double hidden_from_pending[6][2];
-    // Time constant, s, with which the integrals follow a limited command.
+    // Anti-windup time constant, s, with which the integrals follow a limited command.
     double tracking_time_s;
 } HovernavAttitudeGains;
 

@@ -35,7 +35,7 @@ pub struct Expected {
     pub angular_rate_radps: [f64; 3],
 }
 
-/// Largest number of rows of one reading.
+/// Largest number of rows, one per measured quantity, for one reading of a sensor of the caller.
 pub const HOVERNAV_ROWS: usize = 6;
 
 /// One measured quantity in any unit: its residual, and the derivatives of the expected value with respect to the

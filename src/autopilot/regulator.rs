@@ -35,13 +35,13 @@ pub struct RegulatorGains<const Y: usize, const H: usize, const U: usize, T = f6
     /// Gain from the time integral of each measured state's error to the stick, per s; zero except for states that must
     /// have no steady error.
     pub integral_per_s: [[T; Y]; U],
-    /// Hidden states after a sample, per hidden state before it.
+    /// Gain from each hidden state before a sample to each one after it, one row per hidden state after it.
     pub hidden_from_hidden: [[T; H]; H],
-    /// Hidden states after a sample, per measured state before it.
+    /// Gain from each measured state before a sample to each hidden state after it.
     pub hidden_from_measured: [[T; Y]; H],
-    /// Hidden states after a sample, per command that acted during it.
+    /// Gain from each command that acted during a sample to each hidden state after it.
     pub hidden_from_pending: [[T; U]; H],
-    /// Time constant, s, with which the integrals follow a limited command.
+    /// Anti-windup time constant, s, with which the integrals follow a limited command.
     pub tracking_time_s: T,
 }
 

@@ -71,14 +71,14 @@ enum Lock {
 /// Without lock, a frame counts only if a second one follows it. With lock, header and checksum are enough, so that a
 /// packet is delivered with its last byte.
 ///
-/// A line that loses or gains one byte still passes the checksum once in 256 times. In such a frame the temperature
+/// A frame that lost or gained one byte still passes the checksum once in 256 times. In such a frame the temperature
 /// word nearly always jumps. A packet whose temperature jumps is therefore held back until a second packet follows.
 /// After a failed check the search continues one byte later, never a whole frame.
 ///
 /// Two errors pass undetected. A byte lost or gained after the temperature word leaves a packet of true measurements
-/// with a wrong timer, once in 256 times. [`SampleClock`](super::SampleClock) limits the effect. In a packet that
-/// begins with two header bytes, a gained header byte shifts the words before it by one byte. Neither checksum nor
-/// length shows this error.
+/// with a wrong timer, once in 256 times. [`SampleClock`](super::SampleClock) limits the effect. The second error needs
+/// a packet whose first data byte equals the header byte. If the line adds another such byte later in the packet, the
+/// words before the added byte are shifted by one byte. Checksum and length stay valid.
 ///
 /// Memory is fixed, the work per byte is bounded, and [`PacketCounts`] accounts for each byte.
 ///

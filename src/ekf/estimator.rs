@@ -399,7 +399,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if L::WHEELS && !searches && report.any_accepted() && !report.any_rejected() {
             self.filter.watch_wheels(&mut self.wheels);
         }
-        notify(Notice::of_update(fix.time, Aid::Gps, result.map(|()| report)));
+        notify(Notice::of_report(fix.time, Aid::Gps, result, &report));
         if let Some((offset_m, sigma_m)) = self.filter.antenna.next_report() {
             let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
             notify(Notice::AntennaOffsetFound { time: fix.time, offset_m, sigma_m });

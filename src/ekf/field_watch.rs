@@ -228,7 +228,8 @@ struct Change {
 }
 
 impl Change {
-    /// Distance as a fraction of the strength whose square is `strength`, gauss².
+    /// Magnitude of the change as a fraction of the field strength. `strength` is the square of the field strength,
+    /// gauss². The horizontal component of `field` converts the azimuth change to gauss.
     fn share(&self, field: &Parts, strength: f32) -> f32 {
         root((self.parts + self.turn * square(field.level)) / strength)
     }

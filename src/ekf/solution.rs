@@ -139,9 +139,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let lever_arm = self.mounting.solution_from_imu().cast::<T>();
         let (state, errors) = (&self.state, self.imu_errors());
         let rate_radps = self.angular_rate_radps;
-        let sigma = |terms: Terms<T>| self.form(&terms, &terms).max(T::ZERO).sqrt();
+        let [position, velocity, attitude] = self.solution_terms(&lever_arm);
         let [position, velocity, attitude] =
-            self.solution_terms(&lever_arm).map(|block| block.map(sigma));
+            [self.sigmas(&position), self.sigmas(&velocity), self.sigmas(&attitude)];
         Solution {
             time: state.time,
             position: lever_arm.position(&state.position, state.body_to_ned),
@@ -183,6 +183,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             point_terms(VELOCITY, turned(point.relative_velocity(self.angular_rate_radps))),
             euler_terms(self.state.body_to_ned),
         ]
+    }
+
+    /// One-sigmas of three sums of errors. Each is written out: the compiler then knows the states of each sum.
+    #[inline(always)]
+    fn sigmas(&self, [x, y, z]: &[Terms<T>; 3]) -> [T; 3] {
+        [self.form(x, x), self.form(y, y), self.form(z, z)].map(|square| square.max(T::ZERO).sqrt())
     }
 
     /// Covariance of two sums of errors.

@@ -13,14 +13,15 @@ const BEFORE_S: f64 = 0.3;
 const DRIFT: f64 = AGILITY_MPS2 * AGILITY_MPS2;
 /// Variance of the estimated force before a shock, (m/s²)².
 const AT_EASE: f64 = DRIFT * BEFORE_S;
-/// Time, s, for which vibration counts as white noise in the decision whether a shock begins.
+/// Integration time, s, for detecting the start of a shock. Over this time the velocity variance of the vibration, as
+/// white noise, is compared with that of a held force.
 const WEIGHED_S: f64 = 0.3;
 /// Variance of the integral of a held force over that time, (m/s)². A shock begins when the vibration adds more than
 /// this.
 const HELD_COST: f64 =
     MOST_AGILITY_MPS2 * MOST_AGILITY_MPS2 * (BEFORE_S * WEIGHED_S + WEIGHED_S * WEIGHED_S / 3.0);
-/// Limit of a clipped reading's distance from the held force, in one-sigmas of the vibration. The result is close to a
-/// median, which a tone clipped on one side does not move.
+/// Largest difference of a reading from the held force during clipping of a tone, in one-sigmas of the vibration.
+/// Larger differences are clamped. The estimate is then nearly a median; one-sided clipping hardly shifts it.
 const FURTHEST_SIGMAS: f64 = 0.5;
 /// Fraction of shocks whose readings are true motion, as in a catapult launch.
 const PUSHES: f64 = 0.2;

@@ -21,7 +21,7 @@ pub struct Rest {
     field: Option<[f32; 3]>,
     /// Time of the last fix, and the recent mean velocity of the fixes, north, east and down, m/s.
     fixes: (Time, Option<[f32; 3]>),
-    /// Whether the vehicle has not moved since a second of rest.
+    /// Whether the vehicle is at rest: set by a second of rest, cleared by a second with motion.
     rests: bool,
     /// Whether the last sample ended a second with motion, the first one after rest.
     moves_off: bool,

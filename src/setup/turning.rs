@@ -11,8 +11,8 @@ use crate::imu::MeanRates;
 const FAST_RAD: f32 = 0.5;
 /// Smallest number of averaging intervals for a result: 20 s.
 const LEAST_PARTS: f32 = 40.0;
-/// Fraction of averaging intervals with a fast turn that no flight reaches while the specific force varies by less than
-/// [`VARIATION`].
+/// Smallest fraction of averaging intervals with a fast turn that indicates rates in °/s. No flight reaches it while
+/// the specific force varies by less than [`VARIATION`].
 const FAST_SHARE: f32 = 0.25;
 /// Largest relative variation of the specific force (standard deviation over mean) in intervals with a fast turn.
 const VARIATION: f32 = 0.3;

@@ -37,7 +37,8 @@ impl Unpacking {
         })
     }
 
-    /// Unpacks the first `length` bytes of the file again. The decoder keeps the last megabytes until a frame ends.
+    /// Restarts the decoder on the intact first `length` bytes, closed by an empty last block, and skips the bytes
+    /// already delivered. Without an end of the frame, the decoder would keep back its last megabytes.
     fn cut(&mut self, length: u64) -> io::Result<()> {
         self.is_cut = true;
         self.source = Box::new(File::open(&self.path)?.take(length).chain(&END[..]));

@@ -17,7 +17,7 @@ pub struct PidGains {
     pub derivative_s: f64,
     /// Time constant of the low-pass on the derivative, s; 0 or more.
     pub derivative_filter_s: f64,
-    /// Time constant, s, with which the integral follows a limited command; above 0.
+    /// Anti-windup time constant, s, with which the integral follows a limited command; above 0.
     pub tracking_time_s: f64,
 }
 
@@ -33,13 +33,13 @@ pub struct YawGains {
     pub pending: [[f64; 1]; 1],
     /// Gain from the time integral of each measured state's error to the stick, per s.
     pub integral_per_s: [[f64; 2]; 1],
-    /// Hidden states after a sample, per hidden state before it.
+    /// Gain from each hidden state before a sample to each one after it, one row per hidden state after it.
     pub hidden_from_hidden: [[f64; 2]; 2],
-    /// Hidden states after a sample, per measured state before it.
+    /// Gain from each measured state before a sample to each hidden state after it.
     pub hidden_from_measured: [[f64; 2]; 2],
-    /// Hidden states after a sample, per command that acted during it.
+    /// Gain from each command that acted during a sample to each hidden state after it.
     pub hidden_from_pending: [[f64; 1]; 2],
-    /// Time constant, s, with which the integrals follow a limited command.
+    /// Anti-windup time constant, s, with which the integrals follow a limited command.
     pub tracking_time_s: f64,
 }
 
@@ -56,13 +56,13 @@ pub struct RollPitchGains {
     pub pending: [[f64; 2]; 2],
     /// Gain from the time integral of each measured state's error to the stick, per s.
     pub integral_per_s: [[f64; 6]; 2],
-    /// Hidden states after a sample, per hidden state before it.
+    /// Gain from each hidden state before a sample to each one after it, one row per hidden state after it.
     pub hidden_from_hidden: [[f64; 6]; 6],
-    /// Hidden states after a sample, per measured state before it.
+    /// Gain from each measured state before a sample to each hidden state after it.
     pub hidden_from_measured: [[f64; 6]; 6],
-    /// Hidden states after a sample, per command that acted during it.
+    /// Gain from each command that acted during a sample to each hidden state after it.
     pub hidden_from_pending: [[f64; 2]; 6],
-    /// Time constant, s, with which the integrals follow a limited command.
+    /// Anti-windup time constant, s, with which the integrals follow a limited command.
     pub tracking_time_s: f64,
 }
 
@@ -78,13 +78,13 @@ pub struct AttitudeGains {
     pub pending: [[f64; 2]; 2],
     /// Gain from the time integral of each measured state's error to the stick, per s.
     pub integral_per_s: [[f64; 4]; 2],
-    /// Hidden states after a sample, per hidden state before it.
+    /// Gain from each hidden state before a sample to each one after it, one row per hidden state after it.
     pub hidden_from_hidden: [[f64; 6]; 6],
-    /// Hidden states after a sample, per measured state before it.
+    /// Gain from each measured state before a sample to each hidden state after it.
     pub hidden_from_measured: [[f64; 4]; 6],
-    /// Hidden states after a sample, per command that acted during it.
+    /// Gain from each command that acted during a sample to each hidden state after it.
     pub hidden_from_pending: [[f64; 2]; 6],
-    /// Time constant, s, with which the integrals follow a limited command.
+    /// Anti-windup time constant, s, with which the integrals follow a limited command.
     pub tracking_time_s: f64,
 }
 

@@ -38,7 +38,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             .navigating()
             .and_then(|filter| filter.fuse_attitude(time, reference, &mut report, trace));
         self.note_heading(&report);
-        notify(Notice::of_update(time, Aid::Attitude, result.map(|()| report)));
+        notify(Notice::of_report(time, Aid::Attitude, result, &report));
     }
 
     #[inline(never)]

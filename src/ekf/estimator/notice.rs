@@ -152,4 +152,17 @@ impl Notice {
             Err(reason) => Self::NotUsed { time, aid, reason },
         }
     }
+
+    /// [`of_update`](Self::of_update), from a report by reference: another copy of it costs a thousand instructions.
+    pub(super) fn of_report(
+        time: Time,
+        aid: Aid,
+        result: Result<(), Unusable>,
+        report: &Report,
+    ) -> Self {
+        match result {
+            Ok(()) => Self::Updated(*report),
+            Err(reason) => Self::NotUsed { time, aid, reason },
+        }
+    }
 }

@@ -90,10 +90,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let used = axes.iter().filter(|axis| axis.0 != Channel::Yaw || accepts_heading);
         for (slot, &(channel, axis)) in scalars.iter_mut().zip(used) {
             let excess = if channel == Channel::Yaw { heading_excess } else { tilt_excess };
-            let sensitivity =
-                Sensitivity::default().with_block(ATTITUDE, axis).with_block(first, axis);
             let (off, noise) = (left.dot(axis.into()), noise + excess);
-            *slot = Some(ScalarMeasurement::new(channel, off, noise, sensitivity));
+            let measurement = ScalarMeasurement::new(channel, off, noise, Sensitivity::default());
+            // In place: copies of the sensitivities would cost a thousand instructions.
+            let sensitivity = &mut slot.insert(measurement).sensitivity;
+            sensitivity.add_block(ATTITUDE, axis);
+            sensitivity.add_block(first, axis);
         }
         self.update_sequentially(time, &scalars, report, trace);
         if let Some(off) = lost {

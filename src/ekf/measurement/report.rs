@@ -54,8 +54,8 @@ impl Report {
         self.covariance_reset
     }
 
-    /// Whether the fixes of the last seconds were biased. Then a bias of the inertial unit may have changed in a step,
-    /// and the covariance of the biases was widened.
+    /// Whether the filter raised the variance of the inertial biases at this fix. The recent innovations indicated a
+    /// step of a bias.
     #[must_use]
     pub const fn bias_variance_was_raised(&self) -> bool {
         self.biases_opened

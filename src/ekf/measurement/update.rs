@@ -24,7 +24,7 @@ pub(super) struct Compared<T> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ScalarMeasurement<T> {
     axis: Compared<T>,
-    sensitivity: Sensitivity<T>,
+    pub sensitivity: Sensitivity<T>,
 }
 
 impl<T: Scalar> ScalarMeasurement<T> {

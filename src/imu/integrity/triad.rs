@@ -103,7 +103,7 @@ pub(super) struct Found<T> {
     pub shaken: bool,
     /// Variance that clipping and shocks add to the integral over the interval.
     pub hidden: [T; 3],
-    /// Variance that other causes add to the integral over the interval.
+    /// Variance that lost samples and stuck axes add to the integral over the interval, rad² or (m/s)².
     pub variance: [T; 3],
     /// Axes that repeat one reading although the inertial unit vibrates.
     pub stuck: [bool; 3],

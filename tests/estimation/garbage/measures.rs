@@ -41,7 +41,8 @@ pub struct Measures {
     /// Time from the receiver's recovery until the errors equal those of the twin within a margin, s; infinite if they
     /// never do.
     pub normal_after_s: f64,
-    /// Largest bias of a gyro or an accelerometer in the whole flight, over a tenth of its full scale.
+    /// Largest ratio of a gyro or accelerometer bias to its limit, which is [`BIAS_SHARE`] of full scale, over all
+    /// solutions.
     pub bias: f64,
     /// Whether an accepted log ends with errors that are not finite or far too large.
     pub diverged: bool,

@@ -22,8 +22,8 @@ pub struct HoverDesign {
     pub estimator: EstimatorLag,
     /// Delay of the loops' measurements by a notch on the rotor's harmonics, s: see [`NotchCost`](crate::NotchCost).
     pub notch_s: f64,
-    /// Time constant with which integrals follow a limited command, s. A heading integral with an integration time of
-    /// more than ten times this value uses half its integration time instead.
+    /// Anti-windup time constant, s, with which integrals follow a limited command. A heading integral slower than ten
+    /// times this value has a time constant of half its own integration time (at most 500 s).
     pub tracking_s: f64,
     /// Weights of the roll and pitch regulator that also controls velocity.
     pub roll_pitch: RollPitchWeights,

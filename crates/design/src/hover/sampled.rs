@@ -130,8 +130,8 @@ impl Flown<'_> {
         if growth < 0.0 { Some(closed.weakest(FREQUENCIES)) } else { None }
     }
 
-    /// Bound of proven stability. The slope of the loop along each direction is the difference between plus and minus
-    /// one sigma. `None` where it is not finite.
+    /// Radius of proven stability. The slope of the loop along each parameter direction is half its difference between
+    /// plus and minus one sigma. `None` if the nominal loop is unstable or a slope cannot be computed.
     fn proven(&self) -> Result<Option<ProvenRadius>, DesignError> {
         let step = |sigmas: &DVector<f64>| -> Result<DMatrix<f64>, DesignError> {
             let closed = self.closed(sigmas)?;

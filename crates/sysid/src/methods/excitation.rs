@@ -170,7 +170,8 @@ fn longest_rest(values: &[f64]) -> Range<usize> {
     longest
 }
 
-/// Coherence of each pair, averaged over frequency by the power of the row's input.
+/// Coherence of each pair of inputs: mean over frequency, weighted by the power spectrum of the row's input. Zero
+/// for a pair with a constant input. Empty if the spectra cannot be computed.
 fn coherence(experiment: &Experiment, moving: &[usize]) -> DMatrix<f64> {
     let window = experiment.samples() / 8;
     let rate_hz = experiment.period_s.recip();

@@ -48,8 +48,8 @@ pub(super) fn innovation_gain(
 /// Gain of the steady-state one-step predictor for process noise Q, measurement noise R and their cross covariance S: K
 /// = (A P Cᵀ + S)(C P Cᵀ + R)⁻¹.
 ///
-/// The cross covariance is removed first: P is the covariance of the state without the part explained by the output
-/// noise.
+/// P is the predicted state covariance for A − S R⁻¹ C and Q − S R⁻¹ Sᵀ. With these two, process noise and
+/// measurement noise are uncorrelated.
 ///
 /// # Source
 /// Equation (I8) of docs/equations.md.
