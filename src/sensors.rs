@@ -186,7 +186,7 @@ impl Sensors {
     /// Processes `bytes` read from the inertial unit's line; the last byte arrived `now`. Returns the time until which
     /// the caller waits for bytes. If no byte arrives until this time, call again without bytes.
     pub fn dmu(&mut self, mut bytes: &[u8], now: Time, mut emit: impl FnMut(SensorOutput)) -> Time {
-        // Number of iterations: at most one for each stored or new byte, because each iteration takes a packet.
+        // Iterations: at most one for each stored or new byte, because each iteration takes a packet.
         while let Some(received) = self.link.next_packet(&mut bytes, now) {
             self.packet(&received, now, &mut emit);
         }
@@ -233,7 +233,7 @@ impl Sensors {
         {
             self.fix(fix, &mut emit);
         }
-        // Number of iterations: at most one for each stored or new byte, and one for a fix that was ready.
+        // Iterations: at most one for each stored or new byte, and one for a fix that was ready.
         while let Some(fix) = self.receiver.read(&mut bytes, arrival) {
             self.fix(fix, &mut emit);
         }

@@ -1,7 +1,7 @@
 //! Every loop of the flight core ends after a known number of iterations, as `docs/timing.md` claims.
 //!
 //! A `for` over an array, a slice or an iterator over one ends with it. Every other loop needs a comment directly
-//! above that begins with `Turns:`; people judge its content. This test finds such loops by words, not with the
+//! above that begins with `Iterations:`; people judge its content. This test finds such loops by words, not with the
 //! compiler: `while`, `loop`, a range without a constant end, an iterator without an end. It does not detect a range
 //! in a variable. `.ci/panic-free` proves that no linked function calls itself.
 
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 const ENDLESS: [&str; 5] =
     ["iter::repeat", "iter::successors", "iter::from_fn", ".cycle()", "use core::iter"];
 
-/// Reason why a loop on this line needs a `Turns:` comment; `None` if it needs none.
+/// Reason why a loop on this line needs a `Iterations:` comment; `None` if it needs none.
 fn needs_telling(line: &str) -> Option<&'static str> {
     let words: Vec<&str> = line.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
     if words.contains(&"while") {
@@ -53,14 +53,14 @@ fn needs_telling(line: &str) -> Option<&'static str> {
         .then_some("a range up to no constant")
 }
 
-/// Loops of `text` without a `Turns:` comment: line, from 1, and the reason why they need one.
+/// Loops of `text` without a `Iterations:` comment: line, from 1, and the reason why they need one.
 fn untold(text: &str) -> Vec<(usize, &'static str)> {
     let code = text.split("#[cfg(test)]").next().unwrap_or_default();
     let (mut found, mut is_told) = (Vec::new(), false);
     for (number, line) in code.lines().enumerate() {
         let line = line.trim();
         if line.starts_with("//") {
-            is_told |= line.starts_with("// Turns: ");
+            is_told |= line.starts_with("// Iterations: ");
             continue;
         }
         // Quoted text is not code.
@@ -90,7 +90,7 @@ fn every_loop_of_the_flight_core_says_after_how_many_turns_it_ends() {
         loops.extend(found.into_iter().map(told));
     }
     let loops = loops.join("\n");
-    assert!(loops.is_empty(), "no comment above begins with \"// Turns: \":\n{loops}");
+    assert!(loops.is_empty(), "no comment above begins with \"// Iterations: \":\n{loops}");
 }
 
 /// The test of this check itself.
@@ -111,11 +111,11 @@ fn a_loop_that_may_not_end_is_found() {
         "let all = core::iter::from_fn(|| self.next());",
         "use core::iter::{once, repeat};",
         "// the comment\n// is about another subject\nwhile waiting {",
-        "// Turns: at most 3.\nlet a = 1;\nwhile waiting {",
+        "// Iterations: at most 3.\nlet a = 1;\nwhile waiting {",
     ] {
         assert_eq!(untold(bad).len(), 1, "{bad}");
         let last = bad.lines().last().unwrap();
-        assert_eq!(untold(&format!("// Turns: at most 3.\n{last}")), [], "{bad}");
+        assert_eq!(untold(&format!("// Iterations: at most 3.\n{last}")), [], "{bad}");
     }
     for good in [
         "for axis in 0..3 {",

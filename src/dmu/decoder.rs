@@ -139,7 +139,7 @@ impl Decoder {
     /// The next packet. Takes the required bytes from the front of `bytes`. `None` means that all bytes were taken
     /// and no packet is complete.
     pub fn next_packet(&mut self, bytes: &mut &[u8]) -> Option<Received> {
-        // Number of iterations: at most two for each buffered or new byte. Each iteration buffers, skips or delivers at
+        // Iterations: at most two for each buffered or new byte. Each iteration buffers, skips or delivers at
         // least one byte, because the buffer is longer than two packets.
         loop {
             match self.advance() {

@@ -179,7 +179,7 @@ impl<T: Scalar> History<T> {
             attitude,
             angular_rate_radps: Vector::ZERO,
         };
-        // Turns: at most CAPACITY, one an entry.
+        // Iterations: at most CAPACITY, one an entry.
         for entry in self.newest_first() {
             felt.angular_rate_radps = entry.rotation_rad * (T::ONE / entry.interval_s);
             let left_s: T = entry.end.seconds_since(time);
@@ -227,7 +227,7 @@ impl<T: Scalar> History<T> {
         let mut travel_m = Vector::ZERO;
         let mut entries = self.newest_first();
         let mut change = Change::default();
-        // Turns: at most CAPACITY, one an entry.
+        // Iterations: at most CAPACITY, one an entry.
         while let Some(entry) = entries.next() {
             back.angular_rate_radps = entry.rotation_rad * (T::ONE / entry.interval_s);
             let left_s: T = back.state.time.seconds_since(time);

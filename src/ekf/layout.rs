@@ -80,11 +80,11 @@ pub(super) const fn is_sound<L: Layout<N>, const N: usize>() -> bool {
     ];
     let mut taken = [false; N];
     let mut block = 0;
-    // Turns: one a block; while the program is built.
+    // Iterations: one a block; while the program is built.
     while block < blocks.len() {
         if let (Some(first), length) = blocks[block] {
             let mut state = first;
-            // Turns: at most three, the states of a block; while the program is built.
+            // Iterations: at most three, the states of a block; while the program is built.
             while state < first + length {
                 if state < BASE || state >= N || taken[state] {
                     return false;

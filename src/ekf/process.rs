@@ -268,7 +268,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn level_variance(&self, row: &[T; 3], tilt: usize, gravity: T) -> T {
         let value = |one: usize, other: usize| self.covariance.value(one, other);
         let mut variance = square(gravity) * value(tilt, tilt);
-        // Turns: 3.
+        // Iterations: 3.
         for axis in 0..3 {
             let bias = ACCEL_BIAS + axis;
             let next = (axis + 1) % 3;

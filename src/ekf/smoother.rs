@@ -185,7 +185,7 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
     #[must_use]
     pub fn smooth_before(mut self, adjoint: &mut Adjoint<N>) -> Vec<Solution> {
         let mut solutions = Vec::with_capacity(self.samples.len());
-        // Turns: one a record. The smoother does not run in flight.
+        // Iterations: one a record. The smoother does not run in flight.
         while let Some(record) = self.order.pop() {
             match record {
                 Record::Propagated => {

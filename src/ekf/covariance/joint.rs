@@ -103,7 +103,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
                 clippy::needless_range_loop,
                 reason = "by iterators it takes 80 instructions more"
             )]
-            // Turns: at most MOST.
+            // Iterations: at most MOST.
             for before in first..=b {
                 if let Some(other) = each[before] {
                     self.seen[before][b] = other.dot(&self.projected[b]);
@@ -139,12 +139,12 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     pub fn largest_in_turn(&self, members: core::ops::Range<usize>, noise: &[T; MOST]) -> T {
         let (mut seen, mut innovations) = (self.seen, self.innovations);
         let mut largest = T::ZERO;
-        // Turns: at most MOST.
+        // Iterations: at most MOST.
         for index in members.start..members.end.min(MOST) {
             let variance = seen[index][index].max(T::ZERO) + noise[index];
             largest = largest.max(innovations[index] * innovations[index] / variance);
             let own = seen[index];
-            // Turns: at most MOST.
+            // Iterations: at most MOST.
             for later in index + 1..members.end.min(MOST) {
                 let share = own[later] / variance;
                 innovations[later] -= share * innovations[index];
@@ -285,7 +285,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
             let mut left: [T; K] = core::array::from_fn(|slot| projected[slot][state]);
             let mut correction = self.correction[state];
             for behind in 0..K {
-                // Turns: at most K.
+                // Iterations: at most K.
                 for before in 0..behind {
                     let known = shares[before][behind] * left[before];
                     left[behind] -= known;

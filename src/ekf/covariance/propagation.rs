@@ -235,7 +235,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     fn mirror_motion(&mut self) {
         let p = &mut self.rows;
         for i in 1..GYRO_BIAS {
-            // Turns: at most GYRO_BIAS.
+            // Iterations: at most GYRO_BIAS.
             for j in 0..i {
                 p[i][j] = p[j][i];
             }

@@ -111,11 +111,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             })
         };
         let mut first = 0;
-        // Turns: at most one an axis: `first` moves on by one or more.
+        // Iterations: at most one an axis: `first` moves on by one or more.
         while first < axes.len() {
             // The axes of a group are adjacent.
             let mut end = first + 1;
-            // Turns: at most one an axis.
+            // Iterations: at most one an axis.
             while end < axes.len() && groups[end] == groups[first] {
                 end += 1;
             }

@@ -75,7 +75,7 @@ impl Decoder {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
-        // Number of iterations: at most one per byte, because each iteration takes a sentence from `bytes`.
+        // Iterations: at most one per byte, because each iteration takes a sentence from `bytes`.
         loop {
             let line = self.framer.next(bytes, arrival)?;
             let started = line.arrival;

@@ -45,7 +45,7 @@ impl<'a> Fields<'a> {
 
     /// Skips `count` fields, which must be present.
     pub fn skip(&mut self, count: usize) -> Result<(), Malformed> {
-        // Number of iterations: at most one per field, because reading beyond the last field is an error.
+        // Iterations: at most one per field, because reading beyond the last field is an error.
         for _ in 0..count {
             self.text()?;
         }

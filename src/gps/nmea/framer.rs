@@ -50,7 +50,7 @@ impl Default for Framer {
 impl Framer {
     /// Consumes `bytes` up to the end of the next sentence; `None` when all bytes are consumed.
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Line<'a>> {
-        // Number of iterations: one per byte.
+        // Iterations: one per byte.
         loop {
             let (byte, rest) = bytes.split_first()?;
             *bytes = rest;

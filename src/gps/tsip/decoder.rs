@@ -92,7 +92,7 @@ impl Decoder {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
-        // Number of iterations: at most one per byte, because each iteration takes the end of a packet from `bytes`.
+        // Iterations: at most one per byte, because each iteration takes the end of a packet from `bytes`.
         loop {
             let packet = self.framer.next(bytes, arrival)?;
             let packet_arrival = packet.arrival;

@@ -68,7 +68,7 @@ impl Framer {
     /// Consumes `bytes`, which arrived at `arrival`, up to the end of the next packet; `None` when all bytes are
     /// consumed.
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Packet<'a>> {
-        // Number of iterations: at most one per byte, because each iteration takes one byte or more.
+        // Iterations: at most one per byte, because each iteration takes one byte or more.
         while !self.advance(bytes, arrival)? {}
         let payload = self.payload.get(..self.length)?;
         Some(Packet { id: self.id, payload, arrival: self.arrival })

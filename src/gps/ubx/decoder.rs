@@ -80,7 +80,7 @@ impl Decoder {
         if let Some(fix) = self.ready.take() {
             return Some(fix);
         }
-        // Number of iterations: at most one for each buffered or new byte, because each iteration takes a message.
+        // Iterations: at most one for each buffered or new byte, because each iteration takes a message.
         loop {
             let message = self.framer.next(bytes, arrival)?;
             let started = message.arrival;

@@ -70,7 +70,7 @@ impl Framer {
     pub fn next<'a>(&'a mut self, bytes: &mut &[u8], arrival: Time) -> Option<Message<'a>> {
         let spent = core::mem::take(&mut self.spent);
         self.discard(spent);
-        // Number of iterations: at most two for each buffered or new byte, because each iteration buffers or discards a
+        // Iterations: at most two for each buffered or new byte, because each iteration buffers or discards a
         // byte.
         loop {
             if !self.may_start_a_message() {
