@@ -74,7 +74,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let wind = self.wind_variance();
         let sensitivity = Sensitivity::default().with(POSITION + 2, -T::ONE).with(state, T::ONE);
         // The check uses the airflow error itself. Its enlarged variance as white noise would hide a wrong reading.
-        let own = self.covariance.project(&sensitivity).1;
+        let [height, both, slow] =
+            [(POSITION + 2, POSITION + 2), (POSITION + 2, state), (state, state)]
+                .map(|(row, column)| self.covariance.value(row, column));
+        let own = slow - both - (both - height);
         let likely = square(T::of(DISAGREES_SIGMAS)) * (own + noise + wind);
         self.gates.baro_disagrees = square(innovation) > likely;
         let noise = noise + wind * T::of(2.0 * WIND_TIME_S / elapsed_s);
