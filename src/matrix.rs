@@ -2,7 +2,6 @@
 
 use crate::scalar::Scalar;
 
-#[inline(always)]
 pub(crate) fn square<T: Scalar>(value: T) -> T {
     value * value
 }

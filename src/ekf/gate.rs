@@ -197,7 +197,7 @@ const UNCONFIRMED_S: f64 = 60.0;
 const NEWEST: f32 = 0.2;
 /// Mean innovation, in one-sigmas, above which innovations count as biased: chance does not explain it.
 const BIASED_SIGMAS: f32 = 1.5;
-/// Limit, in one-sigmas, of a single innovation in the mean innovation.
+/// Limit, in one-sigmas, of each innovation in the mean innovation.
 const MOST_BIAS_SIGMAS: f32 = 5.0;
 /// Time constant of the mean innovation, s, for frequent innovations.
 const BIAS_TIME_S: f64 = 2.0;
@@ -327,6 +327,7 @@ impl Gates {
 
     /// Whether a group is open and its innovations are unbiased. A barometer that agrees with the filter contradicts a
     /// receiver that disagrees about the height.
+    // Not inlined: its copies would take 1.4 kB of a microcontroller's program.
     #[inline(never)]
     pub fn agrees(&self, group: Group, time: Time) -> bool {
         let is_biased = self.gate(group).bias_sigmas.abs() > UNBIASED_SIGMAS;

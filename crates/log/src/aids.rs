@@ -65,8 +65,9 @@ pub(crate) fn read_rotor(
     })
 }
 
-/// Reads the rows of `file`, in time order. `value` makes a value from the time, the first column and the other
-/// columns. Rows without a time or a first column are skipped. The other columns may be absent or have empty fields.
+/// Reads the rows of `file`, in time order. `value` makes a value from the first column and the other columns; a
+/// clock step may still move its time. Rows without a time or a first column are skipped. The other columns may be
+/// absent or have empty fields.
 fn read<T, const N: usize, const M: usize>(
     dir: &Path,
     file: &'static str,

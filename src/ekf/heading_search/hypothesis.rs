@@ -7,9 +7,9 @@ use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::matrix::{add_scaled, combined, dot, product, skew, times};
 
 /// Number of hypotheses.
-pub(super) const HYPOTHESISES: usize = 12;
+pub(super) const HYPOTHESES: usize = 12;
 /// One-sigma of the heading of a hypothesis at its start, rad: neighbours overlap at one sigma.
-pub(super) const HYPOTHESIS_SIGMA_RAD: f64 = core::f64::consts::PI / HYPOTHESISES as f64;
+pub(super) const HYPOTHESIS_SIGMA_RAD: f64 = core::f64::consts::PI / HYPOTHESES as f64;
 /// Gravity, m/s².
 const GRAVITY_MPS2: f32 = STANDARD_GRAVITY_MPS2 as f32;
 

@@ -34,7 +34,7 @@ use crate::gps::Fix;
 use crate::ins::{LeverArm, Start};
 use crate::time::Time;
 use hypothesis::{
-    HYPOTHESIS_SIGMA_RAD, HYPOTHESISES, Hypothesis, Measured, MeasuredMotion, Prior, Surprise, at,
+    HYPOTHESES, HYPOTHESIS_SIGMA_RAD, Hypothesis, Measured, MeasuredMotion, Prior, Surprise, at,
 };
 use judgement::Judgement;
 
@@ -75,7 +75,7 @@ const WHITENED: f64 = 1.7;
 /// A bank of hypotheses of the heading.
 #[derive(Clone, Debug)]
 pub struct HeadingSearch<T = f64> {
-    hypotheses: [Hypothesis; HYPOTHESISES],
+    hypotheses: [Hypothesis; HYPOTHESES],
     /// Attitude at the start of the bank, before it is turned for each hypothesis.
     start_to_ned: Rotation<Body, Ned, T>,
     /// Axis, NED, about which the attitude was unknown at the start.
@@ -154,7 +154,7 @@ impl<T: Scalar> HeadingSearch<T> {
     #[inline(always)]
     const fn empty() -> Self {
         Self {
-            hypotheses: [Hypothesis::NONE; HYPOTHESISES],
+            hypotheses: [Hypothesis::NONE; HYPOTHESES],
             start_to_ned: Rotation::IDENTITY,
             axis: DOWN,
             prior: PRIOR,
@@ -325,7 +325,7 @@ impl<T: Scalar> HeadingSearch<T> {
         let least_mps = PROVEN_MPS * Scalar::sqrt(interval_s.clamp(0.05, 10.0));
         self.is_fast |= surely_mps > least_mps;
         let share = information_share(fix, receiver.model, interval_s.clamp(0.05, 10.0));
-        let mut surprises = [0.0; HYPOTHESISES];
+        let mut surprises = [0.0; HYPOTHESES];
         let (mut least_squares, mut information) = (f32::INFINITY, 0.0);
         for (hypothesis, surprise) in self.hypotheses.iter_mut().zip(&mut surprises) {
             let [.., before] = hypothesis.attitude_variances();
@@ -417,7 +417,7 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     /// Changes the weights of the hypotheses. `surprises` are minus twice the logarithms of their likelihoods.
-    fn weigh(&mut self, surprises: &[f64; HYPOTHESISES]) {
+    fn weigh(&mut self, surprises: &[f64; HYPOTHESES]) {
         let least = surprises.iter().fold(f64::INFINITY, |a, &b| a.min(b));
         let mut sum = 0.0;
         for (hypothesis, surprise) in self.hypotheses.iter_mut().zip(surprises) {

@@ -44,7 +44,7 @@ pub enum FindingKind {
     /// The antenna is not at its declared lever arm.
     LeverArm,
     /// The vehicle rolls on wheels.
-    WheelConstraintOn,
+    OnWheels,
     /// Inertial samples are missing over one span.
     Gap,
     /// Single inertial samples are missing throughout.
@@ -120,7 +120,7 @@ impl FindingKind {
         Self::TimeOffset,
         Self::ClockRate,
         Self::LeverArm,
-        Self::WheelConstraintOn,
+        Self::OnWheels,
         Self::Gap,
         Self::SamplesLost,
         Self::Reset,
@@ -166,9 +166,7 @@ impl FindingKind {
                 Self::MagneticDisturbance
             }
             Notice::AntennaOffsetFound { .. } => Self::LeverArm,
-            Notice::WheelConstraintOn { .. } | Notice::WheelConstraintOff { .. } => {
-                Self::WheelConstraintOn
-            }
+            Notice::WheelConstraintOn { .. } | Notice::WheelConstraintOff { .. } => Self::OnWheels,
             Notice::NotUsed { .. } => Self::Unusable,
             Notice::GapBridged { .. }
             | Notice::CovarianceReset { cause: ResetCause::LongGap { .. }, .. } => Self::Gap,
@@ -225,7 +223,7 @@ impl FindingKind {
             Self::TimeOffset => "time offset",
             Self::ClockRate => "clock rate",
             Self::LeverArm => "lever arm",
-            Self::WheelConstraintOn => "on wheels",
+            Self::OnWheels => "on wheels",
             Self::Gap => "gap",
             Self::SamplesLost => "samples lost",
             Self::Reset => "reset",

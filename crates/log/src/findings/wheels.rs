@@ -22,7 +22,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         findings.push(
             Finding::warning(
                 Sensor::Vehicle,
-                FindingKind::WheelConstraintOn,
+                FindingKind::OnWheels,
                 (start_s, off_s.unwrap_or(end_s)),
                 words,
             )

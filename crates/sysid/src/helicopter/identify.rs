@@ -157,9 +157,14 @@ pub fn identify(
         .map(|travel| if travel > 0.0 { travel / USUAL_TRAVEL } else { 1.0 });
     let search = Search { stretches: &stretches, error: &error, still: &still, period_s, units };
     let mut parts = search.parts(kind)?;
-    if requested.is_none() && parts.iter_mut().any(|part| search.drop_flapping(part)) {
-        kind = Kind::Hover;
-        structure = kind.structure();
+    if requested.is_none() {
+        for part in &mut parts {
+            if let Some(rigid) = search.without_flapping(part) {
+                *part = rigid;
+                kind = Kind::Hover;
+                structure = kind.structure();
+            }
+        }
     }
     let answers_early_s = search.answers_early_s(&parts);
     // The velocity held from fix to fix serves for comparison only.

@@ -64,20 +64,16 @@ impl Search<'_> {
         }
     }
 
-    /// Replaces `part` by roll and pitch without flapping, if its rotor flaps as fast as the limit allows and the data
-    /// are more likely without flapping, by Akaike's criterion. Returns whether it did. A multirotor's motors then count
-    /// as lags of the inputs.
-    pub fn drop_flapping(&self, part: &mut Found) -> bool {
+    /// Roll and pitch without flapping in place of `part`, if its rotor flaps as fast as the limit allows and the data
+    /// are more likely without flapping, by Akaike's criterion. The lags of the inputs then also contain those of a
+    /// multirotor's motors.
+    pub fn without_flapping(&self, part: &Found) -> Option<Found> {
         let rotor = part.identified.estimates.get("tau_f");
         if part.kind != Kind::Flapping || rotor.is_none_or(|own| own.status != Status::OnBound) {
-            return false;
+            return None;
         }
         let rigid = self.best(Kind::RollPitch).ok();
-        let Some(rigid) = rigid.filter(|own| own.identified.aic < part.identified.aic) else {
-            return false;
-        };
-        *part = rigid;
-        true
+        rigid.filter(|own| own.identified.aic < part.identified.aic)
     }
 
     /// Continues the search of each part on the data of this search. A stabiliser bar that these data do not justify is

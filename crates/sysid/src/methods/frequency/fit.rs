@@ -178,7 +178,7 @@ struct Point {
     input: usize,
     magnitude_db: f64,
     phase_rad: f64,
-    /// Square root of the point's weight in the mean cost.
+    /// Factor on the point's residuals: the square root of the point's weight in the cost.
     weight: f64,
 }
 
