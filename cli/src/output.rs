@@ -103,6 +103,18 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> anyhow::Result<()> {
     write_whole(path, bytes).with_context(|| cannot_write(path))
 }
 
+/// The files that `hovernav estimate --export` writes next to `solution.csv`.
+pub const EXPORTED: [&str; 8] = [
+    "solution.parquet",
+    "solution.kml",
+    "solution.gpx",
+    "solution.pos",
+    "solution.tum",
+    "solution.euroc.csv",
+    "solution.mcap",
+    "solution.foxglove-layout.json",
+];
+
 /// The file name of the page of a run.
 pub const REPORT: &str = "report.html";
 

@@ -12,7 +12,7 @@ use hovernav_formats::Options;
 use hovernav_model::{StateSpace, shipped};
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{FlightConfig, FlightEvent};
-use hovernav_sysid::helicopter::{FlightRecord, FrequencyDomain, Kind, Velocity, identify as fit};
+use hovernav_sysid::helicopter::{FlightRecord, FrequencyDomain, ModelStructure, Velocity, identify as fit};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -132,9 +132,9 @@ impl Model {
 /// ----------
 /// log : Log or path
 ///     A flight with `controls`.
-/// kind : str, optional
-///     Axes to identify: "yaw", "heave", "roll-pitch", "flapping", "hybrid", "hover" or "r50". By default "hybrid", or
-///     "hover" for a vehicle whose rotors do not flap.
+/// structure : str or path, optional
+///     Structure of the model: a name, or a TOML file; `hovernav identify --list` prints both. By default "hybrid", or
+///     "multirotor" for a vehicle whose rotors do not flap.
 /// config : path or dict, optional
 ///     Settings that override those of the log.
 ///
@@ -148,15 +148,15 @@ impl Model {
 /// ModelError
 ///     If no model can be identified; the message states the reason.
 #[pyfunction]
-#[pyo3(signature = (log, *, kind=None, config=None))]
+#[pyo3(signature = (log, *, structure=None, config=None))]
 pub fn identify(
     py: Python<'_>,
     log: &Bound<'_, PyAny>,
-    kind: Option<&str>,
+    structure: Option<PathBuf>,
     config: Option<&Bound<'_, PyAny>>,
 ) -> Result<Model> {
-    let kind: Option<Kind> =
-        kind.map(str::parse).transpose().map_err(|why| Error::Config(format!("kind: {why}")))?;
+    let parsed = structure.map(|own| own.to_string_lossy().parse::<ModelStructure>());
+    let structure = parsed.transpose().map_err(|why| Error::Config(format!("structure: {why}")))?;
     let settings = config.map(Settings::of).transpose()?;
     let log = log_of(log)?;
     let log = log.get();
@@ -176,7 +176,8 @@ pub fn identify(
             return Err(named(&"no solution to identify from: the heading was not found"));
         }
         let found =
-            fit(&dataset, &solutions, kind, Velocity::Estimated).map_err(|why| named(&why))?;
+            fit(&dataset, &solutions, structure, Velocity::Estimated)
+                .map_err(|why| named(&why))?;
         let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)
             .map_err(|why| named(&why))?;
         let frequency = FrequencyDomain::of(&found, &flight);

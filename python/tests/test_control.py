@@ -18,7 +18,7 @@ def test_a_model_is_the_commands(command: Path, tmp_path: Path) -> None:
     options = ["--model", "yaw", "--no-report", "--out", str(out)]
     # Its exit status is 1 for a model that must not be flown.
     subprocess.run([str(command), "identify", str(FLIGHT), *options], capture_output=True)
-    model = hn.identify(FLIGHT, kind="yaw")
+    model = hn.identify(FLIGHT, structure="yaw")
     model.write(tmp_path / "model.toml")
     assert (tmp_path / "model.toml").read_text() == (out / "model.toml").read_text()
     assert model.states == ["r"] and model.a.shape == (1, 1) and model.b.shape == (1, 2)
@@ -63,8 +63,8 @@ def test_a_simulated_flight_is_the_commands(
 def test_what_is_not_possible_is_refused(log: hn.Log, autopilot: hn.Autopilot) -> None:
     with pytest.raises(hn.ModelError, match="no-such-model"):
         hn.Model.open("no-such-model")
-    with pytest.raises(hn.ConfigError, match="kind"):
-        hn.identify(log, kind="wings")
+    with pytest.raises(hn.ConfigError, match="structure"):
+        hn.identify(log, structure="wings")
     without = hn.Log.from_arrays(log.imu, log.gps, axes="frd")
     with pytest.raises(hn.ModelError, match="found no sticks"):
         hn.identify(without)

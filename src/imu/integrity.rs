@@ -1,9 +1,12 @@
 //! Checks of inertial samples: full scale, shocks, and late or missing samples.
 
+mod checks;
 mod triad;
 
 use core::fmt;
 
+pub use self::checks::Checks;
+use self::checks::any;
 use self::triad::{Limits, NOW_S, Timing, Triad};
 use super::held_force::{HeldForce, Sampling};
 use super::{ClippedAxes, MeanRates, Motion};
@@ -17,22 +20,6 @@ pub struct FullScale {
     pub gyro_radps: f64,
     /// Full scale of each accelerometer, m/s².
     pub accel_mps2: f64,
-}
-
-/// Faults of single axes that the monitor looks for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Checks {
-    /// Readings at full scale.
-    pub clipping: bool,
-    /// Shocks.
-    pub shocks: bool,
-    /// Axes that repeat one reading.
-    pub stuck_axes: bool,
-}
-
-impl Checks {
-    /// All faults.
-    pub const ALL: Self = Self { clipping: true, shocks: true, stuck_axes: true };
 }
 
 /// Stuck gyros and accelerometers of an inertial unit, in one byte, because every filter keeps one.
@@ -348,11 +335,6 @@ impl<T: Scalar> Integrity<T> {
 
 fn sums<T: Scalar>([a, b, c]: [T; 3], [d, e, f]: [T; 3]) -> [T; 3] {
     [a + d, b + e, c + f]
-}
-
-/// Whether any element is true; without branches.
-const fn any([x, y, z]: [bool; 3]) -> bool {
-    x | y | z
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod velocity;
 
 pub use fault::{ForceScale, SetupFault};
 
+use self::turning::PART_S;
 use crate::event::Event;
 use crate::frames::{Body, Vector};
 use crate::gps::Fix;
@@ -20,8 +21,6 @@ use force::MeanForce;
 use turning::GravityTurn;
 use velocity::FixMotion;
 
-/// Length of an averaging interval, s: long enough to remove vibration, short enough to keep turns.
-const PART_S: f64 = 0.5;
 /// Length of an averaging interval, ns.
 const PART_NS: i64 = (PART_S * 1e9) as i64;
 /// Longest interval between two samples of one average, ns.

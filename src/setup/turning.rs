@@ -4,9 +4,11 @@
 //! angular rates are in °/s. In a flip the thrust of a rotor turns with the body, but no vehicle flips for a quarter of
 //! the time at constant thrust.
 
-use super::{PART_S, SetupFault};
+use super::fault::SetupFault;
 use crate::imu::MeanRates;
 
+/// Length of an averaging interval, s: long enough to remove vibration, short enough to keep turns.
+pub(super) const PART_S: f64 = 0.5;
 /// Smallest angle of a fast turn over an averaging interval, rad.
 const FAST_RAD: f32 = 0.5;
 /// Smallest number of averaging intervals for a result: 20 s.

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use approx::assert_abs_diff_eq;
 use hovernav_log::Dataset;
-use hovernav_sysid::helicopter::Kind;
+use hovernav_sysid::helicopter::ModelStructure;
 use hovernav_sysid::helicopter::{
     FlightRecord, Identification, Velocity, flight_warnings, identify,
 };
@@ -17,12 +17,12 @@ fn folder() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"))
 }
 
-fn identified(kind: Kind, velocity: Velocity) -> Identification {
+fn identified(name: &str, velocity: Velocity) -> Identification {
     let mut dataset = Dataset::open(folder()).unwrap();
     let config = dataset.settings().unwrap();
     let solutions = dataset.smooth(&config, |_| ()).solutions;
-    let found = identify(&dataset, &solutions, kind, velocity).unwrap();
-    println!("== {kind}, {velocity:?} {:?} {:?}", found.warnings, found.tones);
+    let found = identify(&dataset, &solutions, ModelStructure::built_in(name), velocity).unwrap();
+    println!("== {name}, {velocity:?} {:?} {:?}", found.warnings, found.tones);
     println!("{:#?}", found.identified.log);
     println!("{} iterations, AIC {:.0}", found.identified.iterations, found.identified.aic);
     println!("estimation: {}", found.estimation);
@@ -31,9 +31,8 @@ fn identified(kind: Kind, velocity: Velocity) -> Identification {
 }
 
 /// Requests shared by several tests.
-static YAW: LazyLock<Identification> = LazyLock::new(|| identified(Kind::Yaw, Velocity::Estimated));
-static HEAVE: LazyLock<Identification> =
-    LazyLock::new(|| identified(Kind::Heave, Velocity::Estimated));
+static YAW: LazyLock<Identification> = LazyLock::new(|| identified("yaw", Velocity::Estimated));
+static HEAVE: LazyLock<Identification> = LazyLock::new(|| identified("heave", Velocity::Estimated));
 
 fn percent(fit: &Fit, name: &str) -> f64 {
     fit.channels().0.iter().find(|channel| channel.name == name).unwrap().percent
@@ -140,7 +139,7 @@ fn yaw_and_heave_alone_return_their_derivatives() {
 
 #[test]
 fn the_whole_hover_returns_its_derivatives_and_flies_what_it_has_not_seen() {
-    let found = identified(Kind::Hybrid, Velocity::Estimated);
+    let found = identified("hybrid", Velocity::Estimated);
     score(&found, &["Zw", "Zcol", "Nr", "Nped", "Lb", "Ma", "Blat/tau_f", "Alon/tau_f"]);
     for fit in [&found.estimation, found.validation.as_ref().unwrap()] {
         for name in ["r", "w", "p", "q"] {
@@ -154,7 +153,7 @@ fn the_whole_hover_returns_its_derivatives_and_flies_what_it_has_not_seen() {
 
 #[test]
 fn held_gps_velocity_loses_what_the_estimators_keeps() {
-    let held = identified(Kind::Heave, Velocity::HeldGps);
+    let held = identified("heave", Velocity::HeldGps);
     let of = |found: &Identification| percent(found.validation.as_ref().unwrap(), "w");
     assert!(of(&HEAVE) > of(&held) + 30.0, "{} against {}", of(&HEAVE), of(&held));
 }
@@ -164,28 +163,30 @@ fn sticks_recorded_80_ms_early_are_found_80_ms_late() {
     let mut dataset = Dataset::open(folder()).unwrap();
     let config = dataset.settings().unwrap();
     let solutions = dataset.smooth(&config, |_| ()).solutions;
-    let parts: [(Kind, &[&str]); 3] = [
-        (Kind::Yaw, &["pedal"]),
-        (Kind::Heave, &["collective"]),
-        (Kind::Flapping, &["lateral", "longitudinal"]),
+    let parts: [(&str, &[&str]); 3] = [
+        ("yaw", &["pedal"]),
+        ("heave", &["collective"]),
+        ("flapping", &["lateral", "longitudinal"]),
     ];
     let late_s = |found: &Identification, sticks: &[&str]| -> Vec<f64> {
         let found = &found.identified;
         let late = |stick| found.delay(stick).unwrap().value + found.lag(stick).unwrap().value;
         sticks.iter().map(|stick| late(stick)).collect()
     };
-    let of =
-        |dataset: &Dataset, kind| identify(dataset, &solutions, kind, Velocity::Estimated).unwrap();
-    let before = parts.into_iter().flat_map(|(kind, sticks)| match kind {
-        Kind::Yaw => late_s(&YAW, sticks),
-        Kind::Heave => late_s(&HEAVE, sticks),
-        _ => late_s(&of(&dataset, kind), sticks),
+    let of = |dataset: &Dataset, name| {
+        let structure = ModelStructure::built_in(name);
+        identify(dataset, &solutions, structure, Velocity::Estimated).unwrap()
+    };
+    let before = parts.into_iter().flat_map(|(name, sticks)| match name {
+        "yaw" => late_s(&YAW, sticks),
+        "heave" => late_s(&HEAVE, sticks),
+        _ => late_s(&of(&dataset, name), sticks),
     });
     let before: Vec<f64> = before.collect();
     for (time, _) in &mut dataset.controls {
         *time = time.offset_by(-0.08);
     }
-    let after = parts.into_iter().flat_map(|(kind, sticks)| late_s(&of(&dataset, kind), sticks));
+    let after = parts.into_iter().flat_map(|(name, sticks)| late_s(&of(&dataset, name), sticks));
     let after: Vec<f64> = after.collect();
     let sticks = parts.into_iter().flat_map(|(_, sticks)| sticks);
     for (stick, (before, after)) in sticks.zip(before.into_iter().zip(after)) {
@@ -204,7 +205,9 @@ fn what_was_not_recorded_is_skipped_and_reported() {
     let after_s = |time: hovernav::time::Time| time - start;
     dataset.controls.retain(|(time, _)| !(160.0..175.0).contains(&after_s(*time)));
     solutions.retain(|solution| !(200.0..210.0).contains(&after_s(solution.time)));
-    let found = identify(&dataset, &solutions, Kind::Yaw, Velocity::Estimated).unwrap();
+    let found =
+        identify(&dataset, &solutions, ModelStructure::built_in("yaw"), Velocity::Estimated)
+            .unwrap();
     println!("{:?}", found.warnings);
     println!("{} s of {} s", found.estimated_s, whole.estimated_s);
     for of in ["sticks", "motion"] {
@@ -223,12 +226,13 @@ fn what_was_not_recorded_is_skipped_and_reported() {
     // Times without a record do not count as rest: the warnings about the sticks must not report the same times again.
     dataset.controls.retain(|(time, _)| after_s(*time) < 160.0);
     let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
-    let warnings = flight_warnings(&flight, Kind::Yaw);
+    let warnings = flight_warnings(&flight, &found.identified.structure);
     assert!(!warnings.iter().any(|own| own.contains("does not move")), "{warnings:?}");
 
     // Sticks on another clock do not overlap the flight. They must not be reported as sticks that never move.
     dataset.controls.iter_mut().for_each(|(time, _)| *time = time.offset_by(1000.0));
-    let told =
-        identify(&dataset, &solutions, Kind::Yaw, Velocity::Estimated).map(drop).unwrap_err();
+    let told = identify(&dataset, &solutions, ModelStructure::built_in("yaw"), Velocity::Estimated)
+        .map(drop)
+        .unwrap_err();
     assert!(told.to_string().contains("do not overlap in time"), "{told}");
 }

@@ -10,6 +10,7 @@ mod prediction_error;
 mod preprocess;
 mod r50_flight;
 mod second_opinion;
+mod structures;
 mod subspace;
 mod units;
 mod verdicts;

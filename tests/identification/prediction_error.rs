@@ -1,7 +1,7 @@
 //! Prediction error: the true parameters are found within their bounds.
 
 use approx::assert_abs_diff_eq;
-use hovernav_sysid::helicopter::Kind;
+use hovernav_sysid::helicopter::ModelStructure;
 use hovernav_sysid::methods::prediction_error::{Dropping, Settings, Status, identify};
 use hovernav_sysid::methods::structure::{Parameter, Structure};
 use hovernav_sysid::record::Experiment;
@@ -16,7 +16,7 @@ use crate::r50_flight;
 fn thirty_five_parameters_of_the_r50_return_from_a_start_twenty_percent_wrong() {
     let flight = r50_flight::fly(7, 2000);
     let wrong = r50_flight::wrong_start(0.2);
-    let truth = Kind::R50.structure();
+    let truth = ModelStructure::built_in("r50").unwrap().equations;
     let began = std::time::Instant::now();
     let found = identify(&wrong, &[flight], &Settings::innovations(vec![0.5; 6])).unwrap();
     println!("{:?}, {} iterations", began.elapsed(), found.iterations);

@@ -1,6 +1,6 @@
 //! An R-50 in a closed loop at 100 Hz, excited by multisines, with process and measurement noise.
 
-use hovernav_sysid::helicopter::Kind;
+use hovernav_sysid::helicopter::ModelStructure;
 use hovernav_sysid::methods::structure::Structure;
 use hovernav_sysid::record::Experiment;
 use nalgebra::{DMatrix, DVector};
@@ -16,7 +16,7 @@ pub const PROCESS_SIGMA: [f64; 6] = [0.2, 0.2, 0.3, 0.3, 0.2, 0.3];
 
 /// Flies Mettler's R-50 for `samples`.
 pub fn fly(seed: u64, samples: usize) -> Experiment {
-    let structure = Kind::R50.structure();
+    let structure = ModelStructure::built_in("r50").unwrap().equations;
     let matrices = structure.at(&structure.start());
     let (n, m) = (structure.states.len(), structure.inputs.len());
     // The discretisation is exact for held inputs: the exponential of the augmented matrix.
@@ -72,7 +72,7 @@ fn multisine(time_s: f64, axis: usize) -> f64 {
 
 /// The structure with start values wrong by `fraction`, alternately up and down.
 pub fn wrong_start(fraction: f64) -> Structure {
-    let mut structure = Kind::R50.structure();
+    let mut structure = ModelStructure::built_in("r50").unwrap().equations;
     for (index, parameter) in structure.parameters.iter_mut().enumerate() {
         let sign = if index % 2 == 0 { 1.0 } else { -1.0 };
         parameter.start *= 1.0 + sign * fraction;

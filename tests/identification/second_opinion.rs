@@ -3,26 +3,27 @@
 use hovernav_log::Dataset;
 use hovernav_model::Grade;
 use hovernav_sysid::helicopter::{
-    Basis, FlightRecord, FrequencyDomain, Identification, Kind, Velocity, identify,
+    Basis, FlightRecord, FrequencyDomain, Identification, ModelStructure, Velocity, identify,
 };
 
-/// The flight included in every checkout, identified as `kind`.
-fn identified(kind: Kind) -> (Identification, FlightRecord) {
+/// The flight included in every checkout, identified with the structure `name`.
+fn identified(name: &str) -> (Identification, FlightRecord) {
     let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover");
     let mut dataset = Dataset::open(dir.as_ref()).unwrap();
     let settings = dataset.settings().unwrap();
     let solutions = dataset.smooth(&settings, |_| ()).solutions;
-    let found = identify(&dataset, &solutions, kind, Velocity::Estimated).unwrap();
+    let found = identify(&dataset, &solutions, ModelStructure::built_in(name), Velocity::Estimated)
+        .unwrap();
     let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
     (found, record)
 }
 
 #[test]
 fn both_methods_find_the_same_yaw_and_heave() {
-    for (kind, names) in [(Kind::Yaw, ["Nr", "Nped"]), (Kind::Heave, ["Zw", "Zcol"])] {
-        let (found, record) = identified(kind);
+    for (structure, names) in [("yaw", ["Nr", "Nped"]), ("heave", ["Zw", "Zcol"])] {
+        let (found, record) = identified(structure);
         let asked = FrequencyDomain::of(&found, &record).unwrap();
-        println!("{kind}: {:.2?} {:?}", asked.parameters, asked.costs);
+        println!("{structure}: {:.2?} {:?}", asked.parameters, asked.costs);
         assert_eq!(asked.basis, Basis::Sticks);
         assert!(asked.converged && asked.disagreements().next().is_none());
         for name in names {
@@ -36,7 +37,7 @@ fn both_methods_find_the_same_yaw_and_heave() {
 
 #[test]
 fn a_derivative_that_the_flight_denies_is_named_and_enters_the_verdict() {
-    let (mut found, record) = identified(Kind::Yaw);
+    let (mut found, record) = identified("yaw");
     let before = found.verdict(FrequencyDomain::of(&found, &record).ok().as_ref());
     let list = &mut found.identified.estimates.list;
     let pedal = list.iter_mut().find(|estimate| estimate.name == "Nped").unwrap();

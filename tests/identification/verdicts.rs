@@ -7,7 +7,9 @@ use hovernav::autopilot::HoverConfig;
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::{Grade, Verdict, shipped};
 use hovernav_sim::{Feedback, FlightConfig, FlightEvent, WindConfig};
-use hovernav_sysid::helicopter::{FlightRecord, FrequencyDomain, Kind, Velocity, identify};
+use hovernav_sysid::helicopter::{
+    FlightRecord, FrequencyDomain, ModelStructure, Velocity, identify,
+};
 
 /// Verdict on the test points of `hovernav simulate --test-points --wind 1,135,0.3 --seed SEED`.
 fn verdict(seed: u64) -> Verdict {
@@ -25,7 +27,9 @@ fn verdict(seed: u64) -> Verdict {
     let (mut dataset, _) = config.fly().unwrap().dataset();
     let settings = dataset.settings().unwrap();
     let solutions = dataset.smooth(&settings, |_| ()).solutions;
-    let found = identify(&dataset, &solutions, Kind::Hybrid, Velocity::Estimated).unwrap();
+    let found =
+        identify(&dataset, &solutions, ModelStructure::built_in("hybrid"), Velocity::Estimated)
+            .unwrap();
     let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
     found.verdict(FrequencyDomain::of(&found, &record).ok().as_ref())
 }

@@ -10,7 +10,7 @@ use hovernav::ekf::Solution;
 use hovernav_export::{Export, ExportError, ExportFormat, LAYOUT};
 use hovernav_log::{Manifest, WholeFile};
 
-use super::EXPORTED;
+use crate::output::EXPORTED;
 use crate::output::{self, cannot_write};
 
 /// A format by name, or `-` for standard output.

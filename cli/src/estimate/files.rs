@@ -6,8 +6,9 @@ use hovernav::ekf::Solution;
 use hovernav::time::Time;
 use hovernav_log::{Manifest, SolutionWriter};
 
+use super::arguments::Arguments;
+use super::columns;
 use super::export::Exports;
-use super::{Arguments, columns};
 use crate::output;
 
 /// `solution.csv` and the requested exports. The first solution creates the files; without a solution nothing is

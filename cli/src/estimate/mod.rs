@@ -1,12 +1,13 @@
 //! `hovernav estimate`: runs the filter over a log, scores the solution and draws the page.
 
+mod arguments;
 mod columns;
 #[cfg_attr(not(feature = "export"), path = "no_export.rs")]
 mod export;
 mod files;
 mod table;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use hovernav::ekf::{EstimatorConfig, Solution};
@@ -14,73 +15,12 @@ use hovernav_formats::{Changes, Pass, RunSummary};
 use hovernav_log::{Dataset, Keep, Outage};
 use hovernav_pages::flight::LogPage;
 
-use self::columns::ColumnsArgument;
-use self::export::ExportArgument;
+pub use self::arguments::Arguments;
 use self::files::Files;
-use crate::arguments::{OutageWindow, Sensors};
-use crate::emit::{self, Form};
+use crate::emit;
 use crate::memory;
 use crate::output::{self, Working};
 use crate::summary::InWords as _;
-
-#[derive(clap::Args)]
-pub struct Arguments {
-    /// Dataset directories, flight records or logs of any other format; with several logs, a table lists all of them
-    #[arg(required = true)]
-    log: Vec<PathBuf>,
-    #[command(flatten)]
-    sensors: Sensors,
-    /// Directory to write [default: out/NAME]; with several logs, the parent of their directories
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
-    /// Settings file that overrides the log's dataset.toml, in the same format
-    #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
-    /// Smooth the solution: run backwards over the whole log too, so that each solution also uses later measurements
-    #[arg(long)]
-    smooth: bool,
-    /// Ignore the GPS from START on for DURATION, in seconds of the log's clock; may be repeated
-    #[arg(long, value_name = "START:DURATION", allow_hyphen_values = true)]
-    outage: Vec<OutageWindow>,
-    /// Reduce the GPS to at most this rate
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    gps_rate: Option<f64>,
-    /// Also write the solution in this format: parquet, kml, gpx, pos, tum, euroc, mcap; may be repeated. With `-` in
-    /// addition, the one FORMAT goes to standard output
-    #[arg(long, value_name = "FORMAT", value_delimiter = ',')]
-    export: Vec<ExportArgument>,
-    /// Add columns at the end of solution.csv: quaternion, local, covariance
-    #[arg(long, value_name = "COLUMNS", value_delimiter = ',')]
-    columns: Vec<ColumnsArgument>,
-    /// Largest output rate of solution.csv and the exports [default: every inertial sample; KML and GPX at most 5 Hz]
-    #[arg(long, value_name = "HZ", value_parser = positive)]
-    rate: Option<f64>,
-    /// Also write the estimator's configuration in this form, for programs that read no files; may be repeated
-    #[arg(long, value_name = "FORM", value_delimiter = ',')]
-    emit: Vec<Form>,
-    /// Do not write report.html
-    #[arg(long)]
-    no_report: bool,
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|&value: &f64| value.is_finite() && value > 0.0)
-        .ok_or_else(|| format!("found \"{text}\", expected a number of hertz above 0"))
-}
-
-/// The files that `--export` writes next to `solution.csv`.
-const EXPORTED: [&str; 8] = [
-    "solution.parquet",
-    "solution.kml",
-    "solution.gpx",
-    "solution.pos",
-    "solution.tum",
-    "solution.euroc.csv",
-    "solution.mcap",
-    "solution.foxglove-layout.json",
-];
 
 /// Largest number of inertial samples in memory: 36 MB, two hours at 33 Hz. In a longer log, samples and sticks stay in
 /// their file and are read again for each pass.

@@ -23,7 +23,7 @@ pub fn is_piped(_: &[ExportArgument]) -> bool {
 }
 
 pub fn not_asked(_: &[ExportArgument]) -> Vec<&'static str> {
-    super::EXPORTED.into()
+    crate::output::EXPORTED.into()
 }
 
 pub fn check(_: &[ExportArgument], _logs: usize) -> anyhow::Result<()> {

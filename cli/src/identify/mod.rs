@@ -12,7 +12,7 @@ use hovernav_formats::{Log, Options};
 use hovernav_log::{SmoothedRun, sentences};
 use hovernav_model::Grade;
 use hovernav_sysid::helicopter::{
-    FlightRecord, FrequencyDomain, Kind, Velocity, flight_warnings, identify,
+    FlightRecord, FrequencyDomain, ModelStructure, Velocity, flight_warnings, identify,
 };
 
 use self::page::IdentificationPage;
@@ -23,12 +23,15 @@ use crate::output;
 #[derive(clap::Args)]
 pub struct Arguments {
     /// A dataset directory with controls.csv, or a flight record
-    log: PathBuf,
-    /// Part of the helicopter to model: yaw, heave, roll-pitch, flapping (roll and pitch with flapping), hybrid (10
-    /// states with flapping), hover (8 states without flapping, also for multirotors), r50 (13 states with stabiliser
-    /// bar and yaw gyro) [default: hybrid, or hover for a flight without flapping]
-    #[arg(long, value_name = "MODEL")]
-    model: Option<Kind>,
+    #[arg(required_unless_present = "list")]
+    log: Option<PathBuf>,
+    /// Structure of the model: a name from --list, or a file [default: hybrid, or multirotor for a flight without
+    /// flapping]
+    #[arg(long, visible_alias = "structure", value_name = "NAME|FILE")]
+    model: Option<ModelStructure>,
+    /// List the built-in structures, or print the file of one, as a start for your own
+    #[arg(long, value_name = "NAME", num_args = 0..=1)]
+    list: Option<Option<String>>,
     /// Signal to read as the vehicle's input, as in RATE, RCIN or vehicle_torque_setpoint [default: the nearest to the
     /// actuators that moves]
     #[arg(long, value_name = "NAME")]
@@ -48,12 +51,15 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if let Some(name) = &arguments.list {
+        return list(name.as_deref());
+    }
     let started = Instant::now();
-    let log = &arguments.log;
+    let log = arguments.log.as_deref().context("expected a log")?;
     let mut options = Options::default();
     options.input.clone_from(&arguments.input);
     let Log { mut dataset, .. } = memory::open(log, &options, 2)?;
-    let part = |name| if log.is_dir() { log.join(name) } else { log.clone() };
+    let part = |name| if log.is_dir() { log.join(name) } else { log.to_path_buf() };
     if let Some(config) = &arguments.config {
         dataset.configure(config)?;
     }
@@ -81,7 +87,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
 
     // The failure of the comparison is a result, too.
-    let with = |velocity| identify(&dataset, &solutions, arguments.model, velocity);
+    let with = |velocity| identify(&dataset, &solutions, arguments.model.clone(), velocity);
     let held = || arguments.held_gps.then(|| with(Velocity::HeldGps));
     let working = output::Working::on("identifying");
     let (found, held) = rayon::join(|| with(Velocity::Estimated), held);
@@ -98,7 +104,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut summary = Summary::new(log, &dataset, &forward, &found, held, verdict.clone());
     summary.warn(sentences(&denied));
     summary.ask_frequency(frequency.as_ref());
-    summary.warn(flight_warnings(&flight, found.kind));
+    summary.warn(flight_warnings(&flight, &found.identified.structure));
     let pattern = vehicle.step_taken_for_rate(found.identified.period_s);
     summary.warn(pattern.iter().map(ToString::to_string));
 
@@ -108,7 +114,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if !arguments.no_report {
         let (facts, headlines) = (summary.facts(), words::headlines(&found));
         let page = IdentificationPage {
-            title: &format!("{}: {} model", dataset.manifest.name, found.kind),
+            title: &format!("{}: {} model", dataset.manifest.name, found.identified.structure.name),
             facts: &facts,
             headlines: &headlines,
             warnings: summary.warnings(),
@@ -132,6 +138,22 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         out.join("model.toml").display(),
         verdict.reasons.join("; ")
     );
+    Ok(())
+}
+
+/// Prints the built-in structures, or the file of the structure `name`.
+fn list(name: Option<&str>) -> anyhow::Result<()> {
+    let text = match name {
+        Some(name) => ModelStructure::text(name)
+            .with_context(|| {
+                format!("found `{name}`, expected a name from `hovernav identify --list`")
+            })?
+            .to_owned(),
+        None => ModelStructure::all()
+            .map(|structure| format!("{:<12} {}\n", structure.name(), structure.summary))
+            .collect(),
+    };
+    output::say_text(text);
     Ok(())
 }
 

@@ -18,7 +18,7 @@ use serde::Serialize;
 pub struct Summary {
     #[serde(flatten)]
     pub(super) estimate: RunSummary,
-    pub(super) model: &'static str,
+    pub(super) model: String,
     time_domain: &'static str,
     pub(super) sample_period_s: f64,
     pub(super) tones_hz: Vec<f64>,
@@ -240,7 +240,7 @@ impl Summary {
         estimate.set_findings(dataset.findings(run), &run.solutions, None);
         let mut summary = Self {
             estimate,
-            model: found.kind.name(),
+            model: found.identified.structure.name.clone(),
             time_domain: "continuous",
             sample_period_s: found.identified.period_s,
             tones_hz: found.tones.iter().map(|tone| tone.frequency_hz).collect(),

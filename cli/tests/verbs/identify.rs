@@ -158,8 +158,24 @@ fn a_model_of_a_flight_too_short_must_not_be_flown() {
 }
 
 #[test]
+fn the_file_of_a_built_in_structure_gives_its_model() {
+    let names = succeeds(&["identify", "--list"]);
+    assert!(names.lines().count() >= 11 && names.contains("multirotor"), "{names}");
+    let file = place("identify-mine").join("mine.toml");
+    fs::write(&file, succeeds(&["identify", "--list", "yaw"])).unwrap();
+    let values = ["yaw", text(&file)].map(|structure| {
+        let out = place("identify-structure");
+        let own = ["identify", HELI, "--model", structure, "--no-report", "--out", text(&out)];
+        succeeds(&own);
+        summary(&out)["parameters"].clone()
+    });
+    assert_eq!(values[0], values[1]);
+    assert!(refusal(&["identify", "--list", "glider"]).contains("found `glider`"));
+}
+
+#[test]
 fn a_model_that_there_is_not_is_wrong_usage() {
     let run = hovernav(&["identify", HELI, "--model", "glider"]);
     assert_eq!(run.status.code(), Some(2), "{run:?}");
-    assert!(String::from_utf8_lossy(&run.stderr).contains("expected yaw, heave"), "{run:?}");
+    assert!(String::from_utf8_lossy(&run.stderr).contains("yaw, heave"), "{run:?}");
 }

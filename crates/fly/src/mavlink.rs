@@ -4,21 +4,23 @@
 
 mod answers;
 pub mod frame;
+mod mode;
 mod pacing;
 mod rates;
+mod requests;
 mod states;
 
 use mavlink::dialects::common;
 use mavlink::{MavlinkVersion, MessageData, calculate_crc};
 
-use answers::Requests;
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
-use hovernav::telemetry::{Snapshot, SystemMode};
+use hovernav::telemetry::Snapshot;
 use hovernav::time::Time;
 use hovernav_record::{Level, MavlinkConfig};
+use mode::{current_mode, extended_state, heartbeat};
 use pacing::{Recent, Schedule};
-use states::{current_mode, extended_state, heartbeat};
+use requests::Requests;
 
 /// Length of the text in one STATUSTEXT, bytes.
 const TEXT: usize = 50;
@@ -26,8 +28,6 @@ const TEXT: usize = 50;
 const STATES_HZ: f64 = 1.0;
 /// Rate, Hz, of the home position, which has no setting.
 const HOME_HZ: f64 = 0.2;
-/// The modes of the vehicle. A ground station cannot select one.
-const MODES: [SystemMode; 6] = SystemMode::ALL;
 
 /// Encodes snapshots as numbered messages, each type at its own rate, and answers the requests of ground stations.
 ///

@@ -8,14 +8,8 @@ use serde::forward_to_deserialize_any;
 use toml::Value;
 use toml::map::Iter;
 
+use crate::place::Place;
 use crate::{ValueError, words};
-
-/// One step of a path, from a value to a value inside it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Place {
-    Key(String),
-    Index(usize),
-}
 
 impl serde::de::Error for ValueError {
     fn custom<T: std::fmt::Display>(message: T) -> Self {

@@ -2,6 +2,7 @@
 
 mod deserializer;
 mod file;
+mod place;
 mod recording;
 mod whole_file;
 mod words;
@@ -14,7 +15,8 @@ use serde::de::DeserializeOwned;
 use toml::Table;
 use toml::de::{DeTable, DeValue};
 
-use deserializer::{Place, ValueDeserializer};
+use deserializer::ValueDeserializer;
+use place::Place;
 use recording::Recording;
 
 pub use file::{open_file, read_bytes};

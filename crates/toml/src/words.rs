@@ -2,7 +2,7 @@
 
 use serde::de::{Expected, Unexpected};
 
-use crate::deserializer::Place;
+use crate::place::Place;
 
 /// Description of the value in the file.
 pub(crate) fn found(what: Unexpected<'_>) -> String {

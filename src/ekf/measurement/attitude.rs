@@ -7,7 +7,8 @@ use super::super::layout::{ATTITUDE, Layout};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
-use super::{Report, ScalarMeasurement, Unusable};
+use super::report::{Report, Unusable};
+use super::update::ScalarMeasurement;
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::time::Time;
 

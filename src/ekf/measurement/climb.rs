@@ -7,7 +7,7 @@ use super::super::layout::{Layout, VELOCITY};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
-use super::ScalarMeasurement;
+use super::update::ScalarMeasurement;
 use crate::time::Time;
 
 /// One-sigma of the vertical velocity of a vehicle without a measured height, m/s.

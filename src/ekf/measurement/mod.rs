@@ -20,7 +20,6 @@ pub use derivatives::{WrongRows, check_derivatives};
 pub(super) use gps::stated_times;
 pub use own::{Expected, Measurement, Row, Rows};
 pub use report::{Aid, Report, Unusable};
-use update::{Compared, ScalarMeasurement};
 
 #[cfg(test)]
 mod tests;

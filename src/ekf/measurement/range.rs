@@ -8,7 +8,8 @@ use super::super::layout::{ATTITUDE, Layout, POSITION};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
-use super::{Report, ScalarMeasurement, Unusable};
+use super::report::{Report, Unusable};
+use super::update::ScalarMeasurement;
 use crate::event::RangeReading;
 
 /// Minimum downward component of the beam's direction: the cosine of 60°.

@@ -7,7 +7,8 @@ use super::super::layout::{GYRO_BIAS, Layout, VELOCITY};
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::super::trace::Trace;
-use super::{Report, ScalarMeasurement};
+use super::report::Report;
+use super::update::ScalarMeasurement;
 use crate::earth::Local;
 
 /// One-sigma of the rate of a vehicle at rest over a second, rad/s, due to wind, hands and warming up.

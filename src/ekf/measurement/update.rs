@@ -9,7 +9,7 @@ use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
 use super::super::{single, square};
-use super::Report;
+use super::report::Report;
 use crate::time::Time;
 
 /// A scalar measurement without its sensitivity.

@@ -8,7 +8,8 @@ use super::super::scalar::Scalar;
 use super::super::trace::Trace;
 use super::super::wheels::{Across, SLOWEST_MPS, Seen, WheelWatch};
 use super::super::{single, square};
-use super::{Report, ScalarMeasurement};
+use super::report::Report;
+use super::update::ScalarMeasurement;
 use crate::frames::{Body, Vector};
 
 /// Possible velocity error, m/s, of a vehicle that left its road during the wheel constraint.

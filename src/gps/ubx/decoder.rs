@@ -2,7 +2,8 @@
 
 use super::framer::Framer;
 use super::message::{
-    Content, FixStatus, GpsTime, Position, Pvt, Report, Solution, Velocity, known_dilution,
+    Acknowledgement, Content, FixStatus, GpsTime, Position, Pvt, Report, Solution, Velocity,
+    known_dilution,
 };
 use super::relative::{self, NAV_RELPOSNED};
 use super::values::{Impossible, gps_time, height, horizontal, on_all_axes, pvt_fix, set_heights};
@@ -20,17 +21,6 @@ const SOLUTION: Kinds = 8;
 const VELOCITY: Kinds = 16;
 const CLOCK: Kinds = 32;
 const PVT: Kinds = 64;
-
-/// The receiver's answer to a configuration message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Acknowledgement {
-    /// Class of the answered message.
-    pub class: u8,
-    /// Id of the answered message.
-    pub id: u8,
-    /// Whether the receiver accepted the message.
-    pub accepted: bool,
-}
 
 /// Turns UBX messages into fixes.
 ///

@@ -4,10 +4,20 @@
 //! u-blox, *u-blox 8 / M8 Receiver Description Including Protocol Specification*, UBX-13003221,
 //! section 32.
 
-use super::Acknowledgement;
 use crate::buffer::Bytes;
 use crate::frames::{Ecef, Vector};
 use crate::gps::{DilutionOfPrecision, Dimension};
+
+/// The receiver's answer to a configuration message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Acknowledgement {
+    /// Class of the answered message.
+    pub class: u8,
+    /// Id of the answered message.
+    pub id: u8,
+    /// Whether the receiver accepted the message.
+    pub accepted: bool,
+}
 
 /// Class and id of NAV-PVT.
 pub(super) const NAV_PVT: (u8, u8) = (0x01, 0x07);

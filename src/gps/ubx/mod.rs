@@ -14,4 +14,5 @@ mod relative;
 mod values;
 
 pub use configuration::{Configuration, ConfigurationError, Message};
-pub use decoder::{Acknowledgement, Decoder};
+pub use decoder::Decoder;
+pub use message::Acknowledgement;

@@ -4,7 +4,7 @@
 use super::super::held_force::Shaking;
 use super::super::repetition::Repetition;
 use super::super::{SecondDifference, Vibration, noise_variance};
-use super::{Checks, any};
+use super::checks::{Checks, any};
 use crate::frames::{Body, Vector};
 use crate::matrix::square;
 use crate::scalar::Scalar;

@@ -1,6 +1,7 @@
 //! The first attitude. Tilt comes from the inertial unit's own attitude, from levelling, or from the acceleration
 //! between two fixes. Heading comes from a source, if there is one.
 
+use super::pull::level;
 use super::{Aligner, HeadingSource};
 use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
@@ -140,17 +141,4 @@ impl Oriented {
         }
         false
     }
-}
-
-/// The attitude at which a specific force points straight up, with heading zero (Groves 5.101).
-///
-/// # Source
-/// Equation (A1) of docs/equations.md.
-pub(super) fn level(force: Vector<Body>) -> Rotation<Body, Ned> {
-    let [x, y, z] = force.to_array();
-    Rotation::from_euler(EulerAngles {
-        roll_rad: libm::atan2(-y, -z),
-        pitch_rad: libm::atan2(x, Scalar::hypot(y, z)),
-        yaw_rad: 0.0,
-    })
 }

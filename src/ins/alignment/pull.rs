@@ -1,8 +1,7 @@
 //! Direction of the specific force of a vehicle that accelerates, from two fixes.
 
-use super::orientation::level;
 use crate::earth::STANDARD_GRAVITY_MPS2;
-use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use crate::gps::Fix;
 use crate::imu::MeanRates;
 use crate::scalar::Scalar;
@@ -155,11 +154,23 @@ fn velocity(fix: &Fix) -> Option<Vector<Ned>> {
     Some(Vector::new(north, east, down))
 }
 
+/// The attitude at which a specific force points straight up, with heading zero (Groves 5.101).
+///
+/// # Source
+/// Equation (A1) of docs/equations.md.
+pub(super) fn level(force: Vector<Body>) -> Rotation<Body, Ned> {
+    let [x, y, z] = force.to_array();
+    Rotation::from_euler(EulerAngles {
+        roll_rad: libm::atan2(-y, -z),
+        pitch_rad: libm::atan2(x, Scalar::hypot(y, z)),
+        yaw_rad: 0.0,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::earth::Geodetic;
-    use crate::frames::EulerAngles;
     use crate::time::Time;
 
     fn fix(time_s: f64, velocity_mps: [f64; 3]) -> Fix {

@@ -10,25 +10,20 @@
 use mavlink::Message as _;
 use mavlink::dialects::common::{self, MavCmd, MavMessage, MavResult};
 
+use super::Mavlink;
 use super::frame::{self, Begun};
-use super::{MODES, Mavlink};
-use hovernav::telemetry::Snapshot;
+use hovernav::telemetry::{Snapshot, SystemMode};
 use hovernav::time::Time;
 use hovernav_record::Level;
 
+/// The modes of the vehicle. A ground station cannot select one.
+const MODES: [SystemMode; 6] = SystemMode::ALL;
 /// Largest number of answers in the queue; further requests are ignored until there is room.
 const MOST_WAITING: usize = 64;
 /// Longest incomplete frame, bytes.
 const LONGEST: usize = 280;
 /// Length of a parameter's name, bytes.
 const NAME: usize = 16;
-
-/// Bytes received from ground stations, and answers in the queue.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Requests {
-    bytes: Vec<u8>,
-    answers: std::collections::VecDeque<Vec<u8>>,
-}
 
 impl Mavlink {
     /// Receives bytes that the ground sent at `now`. [`answer`](Self::answer) sends the answers.
@@ -180,7 +175,7 @@ impl Mavlink {
     fn on_request(&mut self, id: u32, which: f32, now: Time) -> MavResult {
         let snapshot = self.last.unwrap_or_else(|| Snapshot::at(now));
         match id {
-            0 => self.reply(|own, out| own.send(&super::states::heartbeat(&snapshot), out)),
+            0 => self.reply(|own, out| own.send(&super::mode::heartbeat(&snapshot), out)),
             1 => self.reply(|own, out| own.send(&own.system_status(&snapshot), out)),
             24 => self.reply(|own, out| own.send_gps_raw(&snapshot, out)),
             148 => self.reply(|own, out| own.send(&version(), out)),
@@ -193,7 +188,7 @@ impl Mavlink {
                 let interval = self.interval(which as u32);
                 self.reply(|own, out| own.send(&interval, out));
             }
-            245 => self.reply(|own, out| own.send(&super::states::extended_state(), out)),
+            245 => self.reply(|own, out| own.send(&super::mode::extended_state(), out)),
             300 => self.reply(|own, out| own.send(&protocol(), out)),
             435 => {
                 let wanted = |index: usize| which == 0.0 || which == index as f32;
@@ -201,7 +196,7 @@ impl Mavlink {
                     self.reply(|own, out| own.send(&mode(index), out));
                 }
             }
-            436 => self.reply(|own, out| own.send(&super::states::current_mode(&snapshot), out)),
+            436 => self.reply(|own, out| own.send(&super::mode::current_mode(&snapshot), out)),
             _ => return MavResult::MAV_RESULT_UNSUPPORTED,
         }
         MavResult::MAV_RESULT_ACCEPTED

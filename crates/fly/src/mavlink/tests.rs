@@ -8,7 +8,7 @@ use super::*;
 use approx::assert_abs_diff_eq;
 use hovernav::controls::Channels;
 use hovernav::frames::EulerAngles;
-use hovernav::telemetry::{FixKind, GpsSummary, Innovations, Sigmas, StatusFlags};
+use hovernav::telemetry::{FixKind, GpsSummary, Innovations, Sigmas, StatusFlags, SystemMode};
 use hovernav_record::MavlinkRates;
 
 pub(super) fn at(seconds: f64) -> Time {

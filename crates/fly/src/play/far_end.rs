@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::PlayError;
+use super::error::PlayError;
 use super::terminal::{Received, Terminal};
 use crate::serial::{Clock, DeviceEnd};
 use hovernav::time::Time;

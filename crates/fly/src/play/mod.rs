@@ -25,11 +25,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod error;
 mod far_end;
 mod flight_clock;
 mod terminal;
 
-use std::io;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -37,6 +37,7 @@ use std::time::Duration;
 
 use crate::devices::{Device, DmuDevice, GpsDevice};
 use crate::serial::{Clock, Task};
+pub use error::PlayError;
 use far_end::FarEnd;
 use flight_clock::FlightClock;
 use hovernav::dmu::{Calibration, RangeError};
@@ -70,47 +71,6 @@ pub fn dmu(dataset: &Dataset) -> Result<DmuDevice, RangeError> {
 #[must_use]
 pub fn gps(dataset: &Dataset, protocol: Protocol) -> GpsDevice {
     GpsDevice::new(protocol, &dataset.fixes, dataset.manifest.gps.latency_s)
-}
-
-/// Reasons why a flight cannot be played.
-#[derive(Debug, thiserror::Error)]
-pub enum PlayError {
-    /// The path exists.
-    #[error("{}: exists already, expected a free path for a link to a terminal", path.display())]
-    Occupied {
-        /// The path.
-        path: PathBuf,
-    },
-    /// The link cannot be created.
-    #[error("{}: {source}", path.display())]
-    Link {
-        /// The path.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: io::Error,
-    },
-    /// A pseudo-terminal cannot be created.
-    #[error("{}: cannot create a pseudo-terminal: {reason}", path.display())]
-    NoTerminal {
-        /// Path of the link to it.
-        path: PathBuf,
-        /// Error of the operating system.
-        reason: String,
-    },
-    /// The pseudo-terminal failed.
-    #[error("{}: the pseudo-terminal failed: {source}", path.display())]
-    Terminal {
-        /// Path of the link to it.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: io::Error,
-    },
-    /// A thread cannot be started.
-    #[error("cannot start a thread: {0}")]
-    NoThread(io::Error),
-    /// No device has data to send.
-    #[error("nothing to play: no device has data to send")]
-    Nothing,
 }
 
 /// A temporary cut of a line.

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use serialport::{SerialPort as _, TTYPort};
 
-use super::PlayError;
+use super::error::PlayError;
 
 /// Number of bytes written at once: a pseudo-terminal with room for one byte has room for all of them.
 const CHUNK: usize = 256;

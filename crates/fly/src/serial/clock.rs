@@ -1,12 +1,12 @@
 //! The clock of a flight.
 
 use std::io;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use super::emulation::Emulation;
+use super::signal::{Signal, lock};
 use hovernav::time::Time;
 
 /// A time later than any flight.
@@ -221,25 +221,6 @@ impl Clock {
             Kind::Emulated { emulation, .. } => emulation.raise(signal.number),
         }
     }
-}
-
-/// A signal that threads of a [`Clock`] wait for.
-#[derive(Debug)]
-pub(super) struct Signal {
-    condvar: Condvar,
-    number: u64,
-}
-
-impl Default for Signal {
-    fn default() -> Self {
-        static SIGNALS: AtomicU64 = AtomicU64::new(0);
-        Self { condvar: Condvar::new(), number: SIGNALS.fetch_add(1, Ordering::Relaxed) }
-    }
-}
-
-/// Locks `mutex`. A panic in another thread leaves the shared state of a flight consistent.
-pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A thread of a [`Clock`].

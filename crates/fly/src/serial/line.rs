@@ -4,11 +4,11 @@ use std::io;
 use std::path::Path;
 use std::time::Duration;
 
-use serialport::{ClearBuffer, DataBits, ErrorKind, FlowControl, SerialPort, StopBits};
+use serialport::{ClearBuffer, DataBits, FlowControl, SerialPort, StopBits};
 
 use super::Clock;
-use super::port::{PortConfig, PortFault};
-use super::wire::HostEnd;
+use super::port_config::{PortConfig, PortFault};
+use super::wire_end::HostEnd;
 use hovernav::time::Time;
 
 /// An open line; dropping it closes the line.
@@ -62,34 +62,6 @@ impl Line {
     pub fn clear_output(&self) {
         if let Self::System(line) = self {
             let _ = line.clear(ClearBuffer::Output);
-        }
-    }
-}
-
-impl From<serialport::Error> for PortFault {
-    fn from(error: serialport::Error) -> Self {
-        match error.kind() {
-            ErrorKind::NoDevice => Self::Busy,
-            ErrorKind::Io(kind) => Self::of(kind, || error.description),
-            _ => Self::Other(error.description),
-        }
-    }
-}
-
-impl From<io::Error> for PortFault {
-    fn from(error: io::Error) -> Self {
-        Self::of(error.kind(), || error.to_string())
-    }
-}
-
-impl PortFault {
-    fn of(kind: io::ErrorKind, text: impl FnOnce() -> String) -> Self {
-        match kind {
-            io::ErrorKind::NotFound => Self::Missing,
-            io::ErrorKind::PermissionDenied => Self::Denied,
-            io::ErrorKind::ResourceBusy => Self::Busy,
-            io::ErrorKind::BrokenPipe => Self::HungUp,
-            _ => Self::Other(text()),
         }
     }
 }

@@ -48,12 +48,16 @@ mod clock;
 mod emulation;
 mod line;
 mod port;
+mod port_config;
 mod reader;
+mod signal;
 mod wire;
+mod wire_end;
 
 pub use clock::{Clock, Task};
-pub use port::{Port, PortConfig, PortCounts, PortEvent, PortFault, Read, WriteError};
+pub use port::{Port, PortCounts, PortEvent, Read, WriteError};
+pub use port_config::{PortConfig, PortFault};
 pub use reader::{Dropped, Item, Piece, Reader};
 pub use serialport::Parity;
 #[cfg(unix)]
-pub(crate) use wire::DeviceEnd;
+pub(crate) use wire_end::DeviceEnd;

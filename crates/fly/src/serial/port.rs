@@ -2,12 +2,10 @@
 
 use std::fmt;
 use std::io;
-use std::path::Path;
-
-use serialport::Parity;
 
 use super::Clock;
 use super::line::Line;
+use super::port_config::{PortConfig, PortFault};
 use hovernav::time::Time;
 
 /// Wait after the first failure to open, s; it doubles up to [`LONGEST_BACK_OFF_S`].
@@ -21,61 +19,6 @@ const STEADY_S: f64 = 1.0;
 /// Number of bytes written at once. A terminal with room for one byte has room for all of them: drivers wake a writer
 /// only when there is room for hundreds.
 const WRITE_CHUNK: usize = 64;
-
-/// Path and settings of a line: eight data bits, one stop bit, no flow control.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct PortConfig {
-    /// The device, such as `/dev/ttyUSB0` or `COM3`; a link is resolved each time the port is opened.
-    pub path: String,
-    /// Bits per second.
-    pub baud: u32,
-    /// The parity bit.
-    pub parity: Parity,
-}
-
-impl PortConfig {
-    /// The line at `path` with `baud` bits per second, without a parity bit.
-    pub fn new(path: impl AsRef<Path>, baud: u32) -> Self {
-        let path = path.as_ref().to_string_lossy().into_owned();
-        Self { path, baud, parity: Parity::None }
-    }
-
-    /// The same settings with another parity bit.
-    #[must_use]
-    pub fn with_parity(self, parity: Parity) -> Self {
-        Self { parity, ..self }
-    }
-}
-
-/// Reasons why a port is not open.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum PortFault {
-    /// There is no such device.
-    Missing,
-    /// No permission to open the device.
-    Denied,
-    /// Another program uses the device.
-    Busy,
-    /// The device was disconnected.
-    HungUp,
-    /// Any other error, as text of the operating system.
-    Other(String),
-}
-
-impl fmt::Display for PortFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Missing => "there is no such device",
-            Self::Denied => "permission denied",
-            Self::Busy => "another program has it",
-            Self::HungUp => "the device went away",
-            Self::Other(text) => text,
-        })
-    }
-}
-
-impl std::error::Error for PortFault {}
 
 /// A change of a port's state.
 #[derive(Clone, Debug, PartialEq, Eq)]

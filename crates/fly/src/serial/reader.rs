@@ -4,8 +4,9 @@ use std::collections::VecDeque;
 use std::io;
 use std::sync::{Arc, Mutex};
 
-use super::clock::{Clock, Signal, Task, lock};
+use super::clock::{Clock, Task};
 use super::port::{Port, PortCounts, PortEvent, Read, WriteError};
+use super::signal::{Signal, lock};
 use hovernav::time::Time;
 
 /// Largest number of bytes per read.

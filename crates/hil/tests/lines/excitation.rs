@@ -1,7 +1,9 @@
 //! Test inputs flown over the lines, and identification from the record.
 
 use hovernav_model::Grade;
-use hovernav_sysid::helicopter::{FlightRecord, FrequencyDomain, Kind, Velocity, identify};
+use hovernav_sysid::helicopter::{
+    FlightRecord, FrequencyDomain, ModelStructure, Velocity, identify,
+};
 
 use crate::common::{Setup, all_flown, flown};
 
@@ -62,12 +64,13 @@ fn a_model_is_identified_from_the_record_of_a_flight_with_test_inputs() {
     let mut dataset = flown.record.dataset().unwrap();
     let settings = dataset.settings().unwrap();
     let solutions = dataset.smooth(&settings, |_| ()).solutions;
-    for kind in [Kind::Yaw, Kind::Heave, Kind::RollPitch, Kind::Hybrid] {
-        let found = identify(&dataset, &solutions, kind, Velocity::Estimated).unwrap();
+    for name in ["yaw", "heave", "roll-pitch", "hybrid"] {
+        let structure = ModelStructure::built_in(name);
+        let found = identify(&dataset, &solutions, structure, Velocity::Estimated).unwrap();
         let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
         let frequency = FrequencyDomain::of(&found, &flight);
         let verdict = found.verdict(frequency.as_ref().ok());
-        println!("{kind}: {verdict:?}");
-        assert_ne!(verdict.grade, Grade::DoNotFly, "{kind}: {:?}", verdict.reasons);
+        println!("{name}: {verdict:?}");
+        assert_ne!(verdict.grade, Grade::DoNotFly, "{name}: {:?}", verdict.reasons);
     }
 }

@@ -33,6 +33,7 @@ use hovernav::controls::Sticks;
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 
 mod dynamics;
+mod forces;
 mod linearise;
 mod parameters;
 mod trim;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::autopilot::read_autopilot;
+use super::check::check_numbers;
 use super::error::FlyConfigError;
 use super::excitation_section::ExcitationSection;
-use super::range::check_numbers;
 use super::reach;
 use super::sections::{CaptureSection, ServoSection, SiteSection};
 use hovernav::autopilot::{HoverConfig, ReadinessLimits, SteeringConfig};

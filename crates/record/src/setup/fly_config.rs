@@ -6,8 +6,8 @@ use chrono::{DateTime, Datelike as _, Timelike as _};
 use serde::{Deserialize, Serialize};
 
 use super::autopilot_section::AutopilotSection;
+use super::check::check_numbers;
 use super::error::FlyConfigError;
-use super::range::check_numbers;
 use super::sections::{
     AccelerationSign, DmuMode, DmuSection, MavlinkSection, ReceiverSection, RecordSection,
     ServoSection, SiteSection, TelemetrySection,
@@ -98,6 +98,14 @@ impl FlyConfig {
             section.check_sticks(&config.servo)?;
         }
         Ok(config)
+    }
+
+    /// Checks that every number permits a flight. NaN, which would disable a check, never does. The autopilot's own
+    /// numbers are included once its file is loaded.
+    fn check_ranges(&self) -> Result<(), FlyConfigError> {
+        let spelled = hovernav_toml::to_value(self)
+            .map_err(|error| FlyConfigError::value("", "settings", &error))?;
+        check_numbers(&[], &spelled)
     }
 
     /// Parses the configuration in `text` without checks of the numbers, for a configuration that has flown: its record

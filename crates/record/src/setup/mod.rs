@@ -2,6 +2,7 @@
 
 mod autopilot;
 mod autopilot_section;
+mod check;
 mod error;
 mod excitation_section;
 mod fly_config;

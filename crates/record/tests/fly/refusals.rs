@@ -216,3 +216,38 @@ fn a_flight_before_the_design_says_what_to_run_first() {
         "{error}"
     );
 }
+
+#[test]
+fn numbers_that_would_switch_a_check_off_are_refused_with_their_key() {
+    let good = "[dmu]\nport = 'a'\n[receiver]\nport = 'b'\n";
+    FlyConfig::parse(good, "fly.toml".as_ref()).unwrap();
+    for (text, key) in [
+        ("[receiver.limits]\nmax_jump_m = nan\n", "max_jump_m"),
+        ("[receiver.limits]\nmax_ground_speed_mps = inf\n", "max_ground_speed_mps"),
+        ("[servo.signal]\nstale_after_s = 1e9\n", "stale_after_s"),
+        ("[servo]\nhold_s = nan\n", "hold_s"),
+        ("[navigation.imu]\ngyro_range_degps = 1e9\n", "gyro_range_degps"),
+        ("[mavlink]\nport = 'c'\nspeaker = { system_id = 0 }\n", "system_id"),
+        ("[mavlink]\nport = 'c'\nspeaker = { gate_sigmas = 0 }\n", "gate_sigmas"),
+        ("[mavlink]\nport = 'c'\nspeaker = { rates = { attitude_hz = nan } }\n", "attitude_hz"),
+        ("[site]\nlatitude_deg = 91\nlongitude_deg = 0\n", "latitude_deg"),
+        ("[telemetry]\nport = 'd'\nbaud = 5\n", "baud"),
+        ("[servo.capture]\nserial = { port = 'c', baud = 5 }\n", "baud"),
+        ("[mavlink]\nport = 'c'\nspeaker = { component_id = 0 }\n", "component_id"),
+        (
+            "[servo.capture]\nserial = { port = 'c' }\n[autopilot]\nfile = 'a'\n\
+             fence = { radius_m = 50, height_m = 50 }\n\
+             [site]\nlatitude_deg = 1\nlongitude_deg = 2\n",
+            "[site] height_m",
+        ),
+        ("[telemetry]\nport = 'd'\nudp = 'ground:14551'\n", "udp"),
+        ("[telemetry]\nudp = 'ground'\n", "udp"),
+        ("[telemetry]\nudp = 'ground:0'\n", "udp"),
+        ("[mavlink]\nbaud = 9600\n", "port"),
+    ] {
+        let error = FlyConfig::parse(&format!("{good}{text}"), "fly.toml".as_ref())
+            .expect_err(text)
+            .to_string();
+        assert!(error.contains(key) && error.contains("expected"), "{text}: {error}");
+    }
+}

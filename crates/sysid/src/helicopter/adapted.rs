@@ -101,3 +101,61 @@ impl Structure {
         self.inputs.iter().map(String::as_str).filter(|input| STICKS.contains(input))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+
+    use super::super::model_structure::built_in;
+    use super::super::velocity_error::VelocityError;
+    use super::*;
+    use crate::methods::prediction_error::{Settings, identify};
+    use crate::record::Experiment;
+
+    #[test]
+    fn a_still_collective_leaves_the_pedals_delay_to_be_found() {
+        let is_held = |structure: &Structure| {
+            let delay = structure.parameter("tau_ped").expect("it has one");
+            structure.parameters[delay].fixed
+        };
+        let structure = built_in("yaw").equations.with_still("collective");
+        assert!(!is_held(&structure));
+        assert!(is_held(&structure.with_still("pedal")));
+    }
+
+    /// A step response with collective and pedal both delayed by a sample, as from one computer.
+    #[test]
+    fn torque_that_comes_as_late_as_the_pedal_does_not_slow_the_yaw() {
+        const PERIOD_S: f64 = 0.03;
+        const DAMPING: f64 = -20.0;
+        let decay = f64::exp(DAMPING * PERIOD_S);
+        let stepped = |sample: usize, every: usize| {
+            if (sample / every).is_multiple_of(2) { 0.1 } else { -0.1 }
+        };
+        let (collective, pedal) = (|at| stepped(at, 37), |at| stepped(at, 50));
+        let mut rate = 0.0;
+        let outputs = DMatrix::from_fn(1000, 1, |sample, _| {
+            let measured: f64 = rate + 0.002 * ((sample * sample) as f64 * 0.618).fract();
+            let late = sample.saturating_sub(1);
+            let driven = 40.0 * pedal(late) - 9.0 * collective(late);
+            rate = decay * rate + (decay - 1.0) / DAMPING * driven;
+            measured
+        });
+        let inputs = DMatrix::from_fn(1000, 3, |sample, input| match input {
+            0 => collective(sample),
+            1 => pedal(sample),
+            _ => 0.0,
+        });
+        let names = ["collective", "pedal", "v"].map(str::to_owned).to_vec();
+        let record = Experiment::new("yaw", PERIOD_S, names, vec!["r".to_owned()], inputs, outputs)
+            .expect("finite numbers");
+        let settings =
+            Settings::innovations(built_in("yaw").process_sigma(&VelocityError::NONE, PERIOD_S));
+        let structure = built_in("yaw").equations.with_still("v");
+        let found = identify(&structure, &[record], &settings).expect("it is identifiable");
+        for (name, expected) in [("Nr", DAMPING), ("Nped", 40.0), ("Ncol", -9.0)] {
+            let value = found.estimates.get(name).expect("it has one").value;
+            assert!((value / expected - 1.0).abs() < 0.03, "{name}: {value}, not {expected}");
+        }
+    }
+}

@@ -2,8 +2,8 @@
 
 use super::flight::{FlightRecord, MOTION};
 use super::gaps::Gap;
-use super::kind::Kind;
 use crate::methods::excitation::{InputFault, check_inputs};
+use crate::methods::structure::Structure;
 use crate::record::STICKS;
 use crate::record::preprocess::{KinematicChannels, check_kinematics};
 
@@ -13,12 +13,11 @@ const UNRECORDED: f64 = 0.9;
 /// Warnings about the sticks and the motion of `flight`, one sentence each. They report sticks that do not move or move
 /// together, and attitude, rates and velocity that are kinematically inconsistent.
 ///
-/// Only the sticks and outputs of `kind` are checked. Times are those of the flight. [`FlightRecord::gaps`] reports the
+/// Only the sticks and outputs of `structure` are checked. Times are those of the flight. [`FlightRecord::gaps`] reports the
 /// parts without data.
 #[must_use]
-pub fn flight_warnings(flight: &FlightRecord, kind: Kind) -> Vec<String> {
+pub fn flight_warnings(flight: &FlightRecord, structure: &Structure) -> Vec<String> {
     let record = &flight.experiment;
-    let structure = kind.structure();
     let names = |names: &[String]| -> Vec<&'static str> {
         let known = STICKS.into_iter().chain(MOTION);
         known.filter(|known| names.iter().any(|name| name == known)).collect()

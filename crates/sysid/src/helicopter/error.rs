@@ -2,7 +2,6 @@
 
 use thiserror::Error;
 
-use super::kind::Kind;
 use crate::methods::prediction_error::PredictionErrorError;
 use crate::record::ExperimentError;
 use crate::record::preprocess::PreprocessError;
@@ -33,21 +32,21 @@ pub enum IdentifyError {
     },
     /// No part of the flight is near a hover.
     #[error(
-        "{kind}: no test point, and no {least_s} s of hover (speed below 2.5 m/s, tilt below 25°, constant heading)"
+        "{model}: no test point, and no {least_s} s of hover (speed below 2.5 m/s, tilt below 25°, constant heading)"
     )]
     NoHover {
         /// The requested model.
-        kind: Kind,
+        model: String,
         /// Shortest usable hover, s.
         least_s: f64,
     },
     /// A stick of the model never moves.
     #[error(
-        "{kind}: no test point on {stick}: the stick never moves, or by less than a twentieth of the most moved one, so its derivatives cannot be identified"
+        "{model}: no test point on {stick}: the stick never moves, or by less than a twentieth of the most moved one, so its derivatives cannot be identified"
     )]
     StillStick {
         /// The requested model.
-        kind: Kind,
+        model: String,
         /// The stick.
         stick: String,
     },

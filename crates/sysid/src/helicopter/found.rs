@@ -1,6 +1,8 @@
 //! Result of a search, with or without a stabiliser bar.
 
-use super::kind::Kind;
+use std::sync::Arc;
+
+use super::model_structure::ModelStructure;
 use crate::methods::prediction_error::{Estimate, Identified};
 
 /// Factor on the bounds for effects that the structure omits: servo and governor dynamics. Tischler and Remple, section
@@ -9,7 +11,7 @@ pub(super) const WIDENED: f64 = 1.5;
 
 /// Result of a search.
 pub(super) struct Found {
-    pub kind: Kind,
+    pub structure: Arc<ModelStructure>,
     pub identified: Identified,
     /// Counterpart without a stabiliser bar, if the selected model has a bar.
     pub without_bar: Option<Identified>,
@@ -18,17 +20,17 @@ pub(super) struct Found {
 }
 
 impl Found {
-    pub const fn alone(kind: Kind, identified: Identified) -> Self {
-        Self { kind, identified, without_bar: None, passed_over: None }
+    pub const fn alone(structure: Arc<ModelStructure>, identified: Identified) -> Self {
+        Self { structure, identified, without_bar: None, passed_over: None }
     }
 
     /// Selects between the models `with` and `without` a stabiliser bar.
-    pub fn of_two(kind: Kind, with: Identified, without: Identified) -> Self {
+    pub fn of_two(structure: Arc<ModelStructure>, with: Identified, without: Identified) -> Self {
         if with.aic < without.aic - bars_price(&with, &without) {
-            Self { kind, identified: with, without_bar: Some(without), passed_over: None }
+            Self { structure, identified: with, without_bar: Some(without), passed_over: None }
         } else {
             let passed_over = Some(with).filter(|with| with.aic < without.aic);
-            Self { kind, identified: without, without_bar: None, passed_over }
+            Self { structure, identified: without, without_bar: None, passed_over }
         }
     }
 }

@@ -3,8 +3,8 @@
 use super::bandwidth::{LONGEST_PERIOD_S, bandwidth_hz, longest_period_s, moving};
 use super::error::IdentifyError;
 use super::flight::{FlightRecord, Velocity};
-use super::kind::Kind;
 use super::measured::Measured;
+use super::model_structure::{ModelStructure, built_in};
 use super::reconcile::Conflict;
 use super::search::Search;
 use super::stretches;
@@ -28,8 +28,6 @@ const FILLED: [&str; 3] = ["u", "v", "w"];
 /// An identified helicopter and the data that it was identified from.
 #[derive(Debug, Clone)]
 pub struct Identification {
-    /// The identified model.
-    pub kind: Kind,
     /// Source of the velocity.
     pub velocity: Velocity,
     /// Vibration tones, notched out of every signal.
@@ -60,9 +58,9 @@ pub struct Identification {
     pub warnings: Vec<String>,
 }
 
-/// Identifies a model of `kind` from a flight. Without a kind it is [`Hybrid`](Kind::Hybrid), or [`Hover`](Kind::Hover)
-/// for a vehicle whose rotors do not flap: the rotor's
-/// time constant is then on its limit, and Akaike's criterion prefers the model without flapping.
+/// Identifies a model of `structure` from a flight. Without a structure it is `hybrid`, or `multirotor` for a vehicle
+/// whose rotors do not flap: the rotor's time constant is then on its limit, and Akaike's criterion prefers the model
+/// without flapping.
 ///
 /// The model is identified from all flight near a hover except the validation data. The last repetition on each stick
 /// with at least two is held back; for a flight without test points, every fourth piece of 10 s is. The validation data
@@ -74,11 +72,12 @@ pub struct Identification {
 pub fn identify(
     dataset: &Dataset,
     solutions: &[Solution],
-    kind: impl Into<Option<Kind>>,
+    structure: impl Into<Option<ModelStructure>>,
     velocity: Velocity,
 ) -> Result<Identification, IdentifyError> {
-    let requested = kind.into();
-    let mut kind = requested.unwrap_or(Kind::Hybrid);
+    let requested = structure.into();
+    let is_requested = requested.is_some();
+    let mut model = requested.unwrap_or_else(|| built_in("hybrid"));
     let flown = FlightRecord::new(dataset, solutions, velocity)?;
     let least_hz = LEAST_TONE_HZ.max(bandwidth_hz(&flown.experiment));
     let tones = find_tones(&flown.experiment, least_hz);
@@ -94,10 +93,9 @@ pub fn identify(
     test_points.retain(|point| {
         point.start >= record.start && point.end <= end && record.is_whole(point.start, point.end)
     });
-    let mut structure = kind.structure();
     let (mut estimation_points, mut validation_points) = (Vec::new(), Vec::new());
     for (index, stick) in STICKS.iter().enumerate() {
-        if !structure.inputs.iter().any(|input| input == stick) {
+        if !model.equations.inputs.iter().any(|input| input == stick) {
             continue;
         }
         let mut own: Vec<usize> = (0..test_points.len())
@@ -110,26 +108,27 @@ pub fn identify(
     }
     let mut still = Vec::new();
     let moved = moving(&record.experiment, &STICKS);
-    for stick in structure.inputs_of_pilot() {
+    let name = model.name().to_owned();
+    for stick in model.equations.inputs_of_pilot() {
         if !moved.contains(&stick) {
-            if matches!((kind, stick), (Kind::Yaw, "pedal") | (Kind::Heave, "collective")) {
-                return Err(IdentifyError::StillStick { kind, stick: stick.to_owned() });
+            if model.own_delay().is_some_and(|(own, _)| own == stick) {
+                return Err(IdentifyError::StillStick { model: name, stick: stick.to_owned() });
             }
             still.push(stick.to_owned());
         }
     }
     let mut warnings: Vec<String> = record.gaps.iter().map(ToString::to_string).collect();
     if estimation_points.is_empty() {
-        if still.len() == structure.inputs_of_pilot().count() {
-            return Err(IdentifyError::StillStick { kind, stick: still.join(", ") });
+        if still.len() == model.equations.inputs_of_pilot().count() {
+            return Err(IdentifyError::StillStick { model: name, stick: still.join(", ") });
         }
         let pieces = stretches::pieces(&record);
         if pieces.is_empty() {
-            return Err(IdentifyError::NoHover { kind, least_s: stretches::LEAST_S });
+            return Err(IdentifyError::NoHover { model: name, least_s: stretches::LEAST_S });
         }
         warnings.push(format!(
             "no test point found on {}: the parameters come from the pilot's other stick movements",
-            structure.inputs_of_pilot().collect::<Vec<_>>().join(", ")
+            model.equations.inputs_of_pilot().collect::<Vec<_>>().join(", ")
         ));
         // The held-back pieces are spread over the flight. If the sticks are tested one after another, pieces of each
         // remain.
@@ -156,14 +155,11 @@ pub fn identify(
     let units = travels(&dataset.controls)
         .map(|travel| if travel > 0.0 { travel / USUAL_TRAVEL } else { 1.0 });
     let search = Search { stretches: &stretches, error: &error, still: &still, period_s, units };
-    let mut parts = search.parts(kind)?;
-    if requested.is_none() {
-        for part in &mut parts {
-            if let Some(rigid) = search.without_flapping(part) {
-                *part = rigid;
-                kind = Kind::Hover;
-                structure = kind.structure();
-            }
+    let mut parts = search.parts(&model)?;
+    if !is_requested {
+        let rigid = built_in("multirotor");
+        if let Some(own) = search.without_flapping(&parts, &rigid) {
+            (parts, model) = (own, rigid);
         }
     }
     let answers_early_s = search.answers_early_s(&parts);
@@ -171,7 +167,7 @@ pub fn identify(
     let measured = |held_back: &[&TestPoint]| match velocity {
         Velocity::Estimated => {
             let clean = flown.without_tones(&tones, &[]);
-            Measured::of(&structure, &test_points, held_back, &clean).ok()
+            Measured::of(&model.equations, &test_points, held_back, &clean).ok()
         }
         Velocity::HeldGps => None,
     };
@@ -188,10 +184,10 @@ pub fn identify(
         let search = Search { stretches: &all, ..search };
         let mut parts = search.on_from(&mut parts)?;
         conflicts = search.reconcile(&mut parts, measured(&[]).as_ref());
-        Some(search.whole(kind, &parts)?)
+        Some(search.whole(&model, &parts)?)
     };
     let of_judged = search.reconcile(&mut parts, measured(&held_back).as_ref());
-    let judged = search.whole(kind, &parts)?;
+    let judged = search.whole(&model, &parts)?;
     let validation = match validation.as_slice() {
         [] => None,
         validation => Some(judged.simulate(validation, WINDOW_S)?),
@@ -206,7 +202,7 @@ pub fn identify(
     };
     warnings.extend(conflicts.iter().map(ToString::to_string));
     let passed_over = parts.into_iter().find_map(|part| part.passed_over);
-    for input in structure.inputs_of_pilot() {
+    for input in model.equations.inputs_of_pilot() {
         let tested =
             |&point: &usize| test_points[point].stick.is_some_and(|stick| STICKS[stick] == input);
         let any = estimation_points.iter().any(|&point| test_points[point].stick.is_some());
@@ -218,7 +214,6 @@ pub fn identify(
         warnings.push("the search ended before it converged".into());
     }
     Ok(Identification {
-        kind,
         velocity,
         tones,
         estimation: identified.simulate(&estimation, WINDOW_S)?,

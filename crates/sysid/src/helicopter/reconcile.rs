@@ -10,9 +10,9 @@ use std::fmt;
 use rayon::prelude::*;
 
 use super::found::Found;
-use super::frequency_domain::{PairCost, SideBySide};
 use super::measured::Measured;
 use super::search::Search;
+use super::side_by_side::{PairCost, SideBySide};
 use crate::methods::prediction_error;
 
 /// Factor in the rejection of the time domain. It is rejected if its cost J of a coherent response exceeds a limit. The
@@ -88,7 +88,7 @@ impl Search<'_> {
             .map(|own| Conflict { parameter: own.clone(), denied_by: worst.cloned() })
             .collect();
         if !known.is_empty() {
-            let settings = self.settings(part.kind);
+            let settings = self.settings(&part.structure);
             let merged =
                 prediction_error::identify_with(identified, &known, self.stretches, &settings);
             match merged {

@@ -2,7 +2,7 @@
 
 use nalgebra::{Complex, DMatrix};
 
-use super::measured::OUTPUTS;
+use super::outputs::OUTPUTS;
 use crate::methods::frequency::{FrequencyResponse, Responses};
 use crate::methods::prediction_error::Identified;
 

@@ -1,11 +1,12 @@
 //! Searches for the parameters of the parts of a model.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
-use super::equations::largest_process_sigma;
 use super::flight::{INJECTED, STEPPED};
 use super::found::{Found, WIDENED};
-use super::kind::Kind;
+use super::model_structure::{ModelStructure, largest_process_sigma};
 use super::velocity_error::VelocityError;
 use crate::methods::prediction_error::{
     self, Dropping, Identified, PredictionErrorError, Settings, Status,
@@ -45,51 +46,53 @@ impl Search<'_> {
             })
     }
 
-    pub fn settings(&self, kind: Kind) -> Settings {
+    pub fn settings(&self, structure: &ModelStructure) -> Settings {
         Settings {
-            held_sigma: kind.held_sigma(self.error, self.period_s),
+            held_sigma: structure.held_sigma(self.error, self.period_s),
             largest_process_sigma: largest_process_sigma(self.error, self.period_s),
             dropping: Some(Dropping::default()),
             residual_correlation_s: RESIDUAL_CORRELATION_S,
             widened: WIDENED,
-            ..Settings::innovations(kind.process_sigma(self.error, self.period_s))
+            ..Settings::innovations(structure.process_sigma(self.error, self.period_s))
         }
     }
 
-    /// Identifies each part of `kind` on its own; a `kind` without parts as a whole.
-    pub fn parts(&self, kind: Kind) -> Result<Vec<Found>, PredictionErrorError> {
-        match kind.parts() {
-            [] => Ok(vec![self.best(kind)?]),
-            parts => parts.par_iter().map(|&part| self.best(part)).collect(),
+    /// Identifies each part of `structure` on its own; a `structure` without parts as a whole.
+    pub fn parts(&self, structure: &ModelStructure) -> Result<Vec<Found>, PredictionErrorError> {
+        match &structure.parts[..] {
+            [] => Ok(vec![self.best(structure)?]),
+            parts => parts.par_iter().map(|part| self.best(part)).collect(),
         }
     }
 
-    /// Roll and pitch without flapping in place of `part`, if its rotor flaps as fast as the limit allows and the data
-    /// are more likely without flapping, by Akaike's criterion. The lags of the inputs then also contain those of a
-    /// multirotor's motors.
-    pub fn without_flapping(&self, part: &Found) -> Option<Found> {
-        let rotor = part.identified.estimates.get("tau_f");
-        if part.kind != Kind::Flapping || rotor.is_none_or(|own| own.status != Status::OnBound) {
-            return None;
-        }
-        let rigid = self.best(Kind::RollPitch).ok();
-        rigid.filter(|own| own.identified.aic < part.identified.aic)
+    /// Parts of `rigid`, a model without flapping, if the rotor of `parts` flaps as fast as the limit allows and the data
+    /// on roll and pitch are more likely without flapping, by Akaike's criterion.
+    pub fn without_flapping(&self, parts: &[Found], rigid: &ModelStructure) -> Option<Vec<Found>> {
+        let is_on_bound = |part: &&Found| {
+            let rotor = part.identified.estimates.get("tau_f");
+            rotor.is_some_and(|own| own.status == Status::OnBound)
+        };
+        let flapping = parts.iter().find(is_on_bound)?;
+        let outputs = &flapping.structure.equations.outputs;
+        let rigid = self.parts(rigid).ok()?;
+        let own = rigid.iter().find(|part| part.structure.equations.outputs == *outputs)?;
+        (own.identified.aic < flapping.identified.aic).then_some(rigid)
     }
 
     /// Continues the search of each part on the data of this search. A stabiliser bar that these data do not justify is
     /// also removed from `parts`.
     pub fn on_from(&self, parts: &mut [Found]) -> Result<Vec<Found>, PredictionErrorError> {
         let on_from = |part: &mut Found| {
-            let settings = self.settings(part.kind);
+            let settings = self.settings(&part.structure);
             let on = |found| prediction_error::identify_on(found, self.stretches, &settings);
             let identified = on(&part.identified)?;
             let Some(without_bar) = part.without_bar.take() else {
-                return Ok(Found::alone(part.kind, identified));
+                return Ok(Found::alone(part.structure.clone(), identified));
             };
             let Ok(without) = on(&without_bar) else {
-                return Ok(Found::alone(part.kind, identified));
+                return Ok(Found::alone(part.structure.clone(), identified));
             };
-            let mut found = Found::of_two(part.kind, identified, without);
+            let mut found = Found::of_two(part.structure.clone(), identified, without);
             if found.without_bar.is_none() {
                 part.identified = without_bar;
                 part.passed_over = found.passed_over.take();
@@ -99,25 +102,30 @@ impl Search<'_> {
         parts.par_iter_mut().map(on_from).collect()
     }
 
-    /// The model of `kind`, assembled from its `parts`.
-    pub fn whole(&self, kind: Kind, parts: &[Found]) -> Result<Identified, PredictionErrorError> {
+    /// The model of `structure`, assembled from its `parts`.
+    pub fn whole(
+        &self,
+        structure: &ModelStructure,
+        parts: &[Found],
+    ) -> Result<Identified, PredictionErrorError> {
         let parts = parts.iter().map(|part| self.with_injected_delay(part));
         let parts = parts.collect::<Result<Vec<Identified>, _>>()?;
         if let [all] = &parts[..] {
             return Ok(all.clone());
         }
-        let structure = self.prepared(kind.structure());
-        prediction_error::assemble(&structure, &parts, self.stretches, &self.settings(kind))
+        let settings = self.settings(structure);
+        let equations = self.prepared(structure.equations.clone());
+        prediction_error::assemble(&equations, &parts, self.stretches, &settings)
     }
 
     /// `part` with the collective's delay re-estimated from the injected movement, or else from the steps of its test
     /// points. A height controller responds to gusts, and the likelihood interprets that response as a delay.
     fn with_injected_delay(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
         let found = &part.identified;
-        if part.kind != Kind::Heave {
+        if !is_of(part, "collective") {
             return Ok(found.clone());
         }
-        let settings = self.settings(part.kind);
+        let settings = self.settings(&part.structure);
         for deliberate in [INJECTED[2], STEPPED[2]] {
             let signals = ("collective", deliberate);
             let told =
@@ -135,9 +143,9 @@ impl Search<'_> {
     pub fn answers_early_s(&self, parts: &[Found]) -> Option<f64> {
         /// Lower limit of the delay in the repeated search, s.
         const EARLIEST_S: f64 = -0.3;
-        let of = |kind: Kind| parts.iter().find(|part| part.kind == kind);
-        let part = of(Kind::Yaw).filter(|_| !self.is_still("pedal")).or_else(|| of(Kind::Heave))?;
-        let name = part.kind.own_delay()?;
+        let of = |stick: &str| parts.iter().find(|part| is_of(part, stick));
+        let part = of("pedal").filter(|_| !self.is_still("pedal")).or_else(|| of("collective"))?;
+        let (_, name) = part.structure.own_delay()?;
         let mut free = part.identified.clone();
         let place = free.structure.parameter(name)?;
         let limit_s = free.structure.parameters[place].lower;
@@ -146,7 +154,7 @@ impl Search<'_> {
             return None;
         }
         free.structure.parameters[place].lower = EARLIEST_S;
-        let settings = self.settings(part.kind);
+        let settings = self.settings(&part.structure);
         let samples = ((limit_s - EARLIEST_S) / self.period_s) as usize;
         let tried = (0..=samples).into_par_iter().filter_map(|sample| {
             let start = (name, limit_s - sample as f64 * self.period_s);
@@ -163,71 +171,54 @@ impl Search<'_> {
     }
 
     /// The most likely result of the searches from all starts.
-    ///
-    /// Where process noise can replace the response to the sticks, the likelihood has a second optimum. The searches
-    /// therefore start near both optima.
-    fn best(&self, kind: Kind) -> Result<Found, PredictionErrorError> {
-        /// Model, parameter, initial value of the parameter, and factor on the initial process noise.
-        const STARTS: [(Kind, &str, f64, f64); 5] = [
-            (Kind::Flapping, "tau_f", 0.1, 1.0),
-            (Kind::Yaw, "Nr", -4.0, 1.0),
-            (Kind::Yaw, "Nr", -25.0, 0.1),
-            (Kind::Heave, "Zw", -0.7, 1.0),
-            (Kind::Heave, "Zw", -0.7, 10.0),
-        ];
-        let structure = self.prepared(kind.structure());
+    fn best(&self, structure: &ModelStructure) -> Result<Found, PredictionErrorError> {
+        let equations = self.prepared(structure.equations.clone());
         // Velocity held from fix to fix serves for comparison only, so one search is enough.
         let is_held = *self.error == VelocityError::NONE;
-        let most = if is_held { 1 } else { STARTS.len() };
-        let starts: Vec<_> = STARTS.iter().filter(|(of, ..)| *of == kind).take(most).collect();
-        let tried: Vec<_> = starts
-            .par_iter()
-            .map(|&&(_, name, start, noise)| {
-                let mut settings = self.settings(kind);
-                if let prediction_error::Form::Innovations(sigmas) = &mut settings.form {
-                    let own = structure
-                        .noises
-                        .iter()
-                        .map(|name| matches!(name.as_str(), "n_p" | "n_q" | "n_r" | "n_dw"));
-                    sigmas
-                        .iter_mut()
-                        .zip(own)
-                        .filter(|(_, own)| *own)
-                        .for_each(|(s, _)| *s *= noise);
+        let most = if is_held { 1 } else { structure.starts.len() };
+        let starts = structure.starts.iter().take(most);
+        let tried = starts.collect::<Vec<_>>().into_par_iter().map(|start| {
+            let mut settings = self.settings(structure);
+            if let prediction_error::Form::Innovations(sigmas) = &mut settings.form {
+                for (name, sigma) in equations.noises.iter().zip(sigmas) {
+                    *sigma = start.noises.get(name).copied().unwrap_or(*sigma);
                 }
-                let structure = structure.clone().with(name, start, false);
-                let found = prediction_error::identify(&structure, self.stretches, &settings);
-                // Starts are compared at their best delays.
-                found.map(|found| if is_held { found } else { self.hopped(found, kind) })
-            })
-            .collect();
-        let alone = |identified| Found::alone(kind, identified);
-        let mut tried = tried.into_iter();
+            }
+            let values = start.values.iter();
+            let equations =
+                values.fold(equations.clone(), |own, (name, value)| own.with(name, *value, false));
+            let found = prediction_error::identify(&equations, self.stretches, &settings);
+            // Starts are compared at their best delays.
+            found.map(|found| if is_held { found } else { self.hopped(found, structure) })
+        });
+        let shared = Arc::new(structure.clone());
+        let mut tried = tried.collect::<Vec<_>>().into_iter();
         let Some(first) = tried.next() else {
-            let settings = self.settings(kind);
-            return prediction_error::identify(&structure, self.stretches, &settings).map(alone);
+            let settings = self.settings(structure);
+            let found = prediction_error::identify(&equations, self.stretches, &settings)?;
+            return Ok(Found::alone(shared, found));
         };
         let best = tried.fold(first, |best, next| match (&best, &next) {
             (Ok(one), Ok(other)) if other.aic < one.aic => next,
             (Err(_), Ok(_)) => next,
             _ => best,
         })?;
-        if kind == Kind::Flapping && !is_held {
-            let with_bar = structure.with_bar(&best.estimates, self.units);
-            return Ok(self.with_bar(best, kind, &with_bar));
+        if structure.may_have_bar() && !is_held {
+            let with_bar = equations.with_bar(&best.estimates, self.units);
+            return Ok(self.with_bar(best, shared, &with_bar));
         }
-        Ok(alone(best))
+        Ok(Found::alone(shared, best))
     }
 
     /// The most likely of `found` and the optima whose delay differs by whole samples.
     ///
     /// Between two samples the held stick is a weighted mean of both. The likelihood therefore has an optimum of the
     /// delay at each sample. Under feedback the neighbouring optimum is nearly as likely.
-    fn hopped(&self, mut found: Identified, kind: Kind) -> Identified {
+    fn hopped(&self, mut found: Identified, structure: &ModelStructure) -> Identified {
         /// Largest number of samples in each direction.
         const MOST: usize = 3;
-        let Some(delay) = kind.own_delay() else { return found };
-        let settings = self.settings(kind);
+        let Some((_, delay)) = structure.own_delay() else { return found };
+        let settings = self.settings(structure);
         for by_s in [-self.period_s, self.period_s] {
             for _ in 0..MOST {
                 let now_s = found.estimates.get(delay).map_or(0.0, |estimate| estimate.value);
@@ -243,24 +234,34 @@ impl Search<'_> {
         found
     }
 
-    /// Selects between `known` and the result of a search with `structure`, which adds a stabiliser bar.
-    fn with_bar(&self, known: Identified, kind: Kind, structure: &Structure) -> Found {
+    /// Selects between `known` and the result of a search with `equations`, which add a stabiliser bar.
+    fn with_bar(
+        &self,
+        known: Identified,
+        structure: Arc<ModelStructure>,
+        equations: &Structure,
+    ) -> Found {
         // The search starts at the noise found without a bar. A gust tilts the disc by the same angle, so its rate of
         // tilt scales with the speed of the rotor. With the default initial noise, noise sometimes replaces the effect
         // of the bar.
-        let rotor = structure.parameter("tau_f");
-        let faster = rotor.map_or(1.0, |own| known.values()[own] / structure.parameters[own].start);
-        let noises = structure.noises.iter().zip(known.process_sigma());
+        let rotor = equations.parameter("tau_f");
+        let faster = rotor.map_or(1.0, |own| known.values()[own] / equations.parameters[own].start);
+        let noises = equations.noises.iter().zip(known.process_sigma());
         let sigmas = noises.map(|(name, sigma)| match name.as_str() {
             "n_dp" | "n_dq" => faster * sigma,
             _ => sigma,
         });
         let form = prediction_error::Form::Innovations(sigmas.collect());
-        let settings = Settings { form, ..self.settings(kind) };
-        let found = prediction_error::identify(structure, self.stretches, &settings).ok();
+        let settings = Settings { form, ..self.settings(&structure) };
+        let found = prediction_error::identify(equations, self.stretches, &settings).ok();
         match found.filter(|found| found.aic < known.aic) {
-            Some(found) => Found::of_two(kind, found, known),
-            None => Found::alone(kind, known),
+            Some(found) => Found::of_two(structure, found, known),
+            None => Found::alone(structure, known),
         }
     }
+}
+
+/// Whether `stick` is the only stick of `part`.
+fn is_of(part: &Found, stick: &str) -> bool {
+    part.structure.own_delay().is_some_and(|(own, _)| own == stick)
 }

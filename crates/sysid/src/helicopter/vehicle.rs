@@ -246,7 +246,7 @@ mod tests {
     use nalgebra::DMatrix;
 
     use super::*;
-    use crate::helicopter::kind::Kind;
+    use crate::helicopter::model_structure::{ModelStructure, built_in};
     use crate::helicopter::velocity_error::VelocityError;
     use crate::methods::prediction_error::{Settings, identify};
     use crate::record::Experiment;
@@ -271,8 +271,8 @@ mod tests {
         let record = Experiment::new("yaw", PERIOD_S, names.0, names.1, inputs, outputs)
             .expect("finite numbers");
         let settings =
-            Settings::innovations(Kind::Yaw.process_sigma(&VelocityError::NONE, PERIOD_S));
-        let structure = Kind::Yaw.structure().with_still("collective").with_still("v");
+            Settings::innovations(built_in("yaw").process_sigma(&VelocityError::NONE, PERIOD_S));
+        let structure = built_in("yaw").equations.with_still("collective").with_still("v");
         identify(&structure, &[record], &settings).expect("it is identifiable")
     }
 
@@ -303,8 +303,8 @@ mod tests {
         assert_eq!(vehicle.a()[(0, 0)], value("Nr"));
         let pedal = vehicle.input("pedal").expect("it has one");
         assert_eq!(vehicle.b()[(0, pedal)], value("Nped"));
-        for kind in Kind::ALL {
-            let structure = kind.structure();
+        for structure in ModelStructure::all() {
+            let structure = structure.equations;
             let driven = |state: usize| {
                 let own = structure.states.len() + structure.inputs.len();
                 let mut terms = structure.dynamics.iter().filter(|term| term.row == state);
@@ -316,7 +316,7 @@ mod tests {
                 let name = &structure.states[*state];
                 name.starts_with('d') || name.starts_with('e')
             };
-            assert!(gusts.iter().all(named), "{kind}: {gusts:?}");
+            assert!(gusts.iter().all(named), "{}: {gusts:?}", structure.name);
         }
     }
 

@@ -408,15 +408,15 @@ fn shown(value: f64, bound: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::helicopter::kind::Kind;
+    use crate::helicopter::model_structure::ModelStructure;
 
     #[test]
     fn no_search_can_end_at_a_rotor_that_turns_the_fuselage_the_wrong_way() {
-        for kind in Kind::ALL {
-            for parameter in kind.structure().parameters {
+        for structure in ModelStructure::all() {
+            for parameter in &structure.equations.parameters {
                 let known = KnownSign::of(&parameter.name);
                 if known.is_some_and(|known| matches!(known.role, DerivativeRole::Rotor(_))) {
-                    assert!(parameter.lower > 0.0, "{kind}: {}", parameter.name);
+                    assert!(parameter.lower > 0.0, "{}: {}", structure.name(), parameter.name);
                 }
             }
         }
