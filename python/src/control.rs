@@ -12,7 +12,9 @@ use hovernav_formats::Options;
 use hovernav_model::{StateSpace, shipped};
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{FlightConfig, FlightEvent};
-use hovernav_sysid::helicopter::{FlightRecord, FrequencyDomain, ModelStructure, Velocity, identify as fit};
+use hovernav_sysid::helicopter::{
+    FlightRecord, FrequencyDomain, ModelStructure, Velocity, gyro_solutions, identify as fit,
+};
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -171,13 +173,16 @@ pub fn identify(
         }
         dataset.check_fitness(&log.path)?;
         let settings = dataset.settings()?;
-        let solutions = dataset.smooth(&settings, |_| ()).solutions;
+        let solutions = if dataset.fixes.is_empty() {
+            gyro_solutions(&dataset)
+        } else {
+            dataset.smooth(&settings, |_| ()).solutions
+        };
         if solutions.is_empty() {
             return Err(named(&"no solution to identify from: the heading was not found"));
         }
         let found =
-            fit(&dataset, &solutions, structure, Velocity::Estimated)
-                .map_err(|why| named(&why))?;
+            fit(&dataset, &solutions, structure, Velocity::Estimated).map_err(|why| named(&why))?;
         let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)
             .map_err(|why| named(&why))?;
         let frequency = FrequencyDomain::of(&found, &flight);

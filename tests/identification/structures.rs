@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use hovernav_log::Dataset;
-use hovernav_sysid::helicopter::{ModelStructure, Velocity, identify};
+use hovernav_sysid::helicopter::{
+    IdentifyError, ModelStructure, Velocity, gyro_solutions, identify,
+};
 
 fn of_text(text: &str) -> Result<ModelStructure, String> {
     let dir = tempfile::tempdir().unwrap();
@@ -69,6 +71,28 @@ fn a_structure_in_a_file_is_identified_like_a_built_in_one() {
         let apart = (mine.value - known.value).abs() / mine.bound.hypot(known.bound);
         assert!(apart < 3.0, "{}: {} and {}", known.name, mine.value, known.value);
     }
+}
+
+#[test]
+fn the_gyros_of_a_log_without_gps_give_the_model_of_the_rates() {
+    let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
+    let mut dataset = Dataset::open(dir).unwrap();
+    let settings = dataset.settings().unwrap();
+    let with_gps = dataset.smooth(&settings, |_| ()).solutions;
+    let of = |dataset: &Dataset, solutions: &[_], name| {
+        identify(dataset, solutions, ModelStructure::built_in(name), Velocity::Estimated)
+    };
+    let known = of(&dataset, &with_gps, "yaw").unwrap().identified;
+    dataset.fixes.clear();
+    let alone = gyro_solutions(&dataset);
+    let own = identify(&dataset, &alone, None, Velocity::Estimated).unwrap().identified;
+    assert_eq!(own.structure.name, "rates");
+    for name in ["Nr", "Nped", "Ncol"] {
+        let (own, known) = (own.estimates.get(name).unwrap(), known.estimates.get(name).unwrap());
+        assert!((own.value - known.value).abs() < known.bound, "{name}: {own:?}, {known:?}");
+    }
+    let refused = of(&dataset, &alone, "heave").map(drop).unwrap_err();
+    assert_eq!(refused, IdentifyError::NoFix { model: "heave".into() });
 }
 
 #[test]

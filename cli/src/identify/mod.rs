@@ -12,7 +12,8 @@ use hovernav_formats::{Log, Options};
 use hovernav_log::{SmoothedRun, sentences};
 use hovernav_model::Grade;
 use hovernav_sysid::helicopter::{
-    FlightRecord, FrequencyDomain, ModelStructure, Velocity, flight_warnings, identify,
+    FlightRecord, FrequencyDomain, ModelStructure, Velocity, flight_warnings, gyro_solutions,
+    identify,
 };
 
 use self::page::IdentificationPage;
@@ -25,8 +26,8 @@ pub struct Arguments {
     /// A dataset directory with controls.csv, or a flight record
     #[arg(required_unless_present = "list")]
     log: Option<PathBuf>,
-    /// Structure of the model: a name from --list, or a file [default: hybrid, or multirotor for a flight without
-    /// flapping]
+    /// Structure of the model: a name from --list, or a file [default: hybrid, multirotor for a flight without flapping,
+    /// rates without GPS]
     #[arg(long, visible_alias = "structure", value_name = "NAME|FILE")]
     model: Option<ModelStructure>,
     /// List the built-in structures, or print the file of one, as a start for your own
@@ -69,15 +70,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
          needs the pilot's inputs",
         part("controls.csv").display()
     );
-    ensure!(
-        !dataset.fixes.is_empty(),
-        "{}: found no usable fix, expected at least one to start from",
-        part("gps.csv").display()
-    );
     let config = dataset.settings()?;
     let working = output::Working::on("estimating");
-    let SmoothedRun { forward, solutions, denied } = dataset.smooth(&config, |_| ());
+    let SmoothedRun { forward, mut solutions, denied } = dataset.smooth(&config, |_| ());
     drop(working);
+    if dataset.fixes.is_empty() {
+        solutions = gyro_solutions(&dataset);
+    }
     ensure!(
         !solutions.is_empty(),
         "{}: no solution to identify from: alignment found no fix after {} s of inertial samples, \

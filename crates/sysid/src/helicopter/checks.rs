@@ -47,7 +47,9 @@ pub fn flight_warnings(flight: &FlightRecord, structure: &Structure) -> Vec<Stri
         w: Some("w"),
         specific_force: None,
     };
-    if let Ok(report) = check_kinematics(record, &every) {
+    // The gyros alone give no attitude.
+    let has_attitude = record.signal("phi").is_ok_and(|phi| phi.amax() > 0.0);
+    if has_attitude && let Ok(report) = check_kinematics(record, &every) {
         warnings.extend(report.faults.iter().map(|fault| format!("kinematics: {fault}")));
     }
     warnings

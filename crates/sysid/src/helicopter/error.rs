@@ -30,6 +30,14 @@ pub enum IdentifyError {
         /// Number of solutions.
         found: usize,
     },
+    /// The model has velocities or angles, and the log has no GPS.
+    #[error(
+        "{model}: found no usable fix, expected at least one. Without GPS only models of rates can be identified: rates, roll, pitch, yaw"
+    )]
+    NoFix {
+        /// The requested model.
+        model: String,
+    },
     /// No part of the flight is near a hover.
     #[error(
         "{model}: no test point, and no {least_s} s of hover (speed below 2.5 m/s, tilt below 25°, constant heading)"

@@ -60,7 +60,7 @@ pub struct Identification {
 
 /// Identifies a model of `structure` from a flight. Without a structure it is `hybrid`, or `multirotor` for a vehicle
 /// whose rotors do not flap: the rotor's time constant is then on its limit, and Akaike's criterion prefers the model
-/// without flapping.
+/// without flapping. Without fixes it is `rates`, and `solutions` are [`gyro_solutions`](super::gyro_solutions).
 ///
 /// The model is identified from all flight near a hover except the validation data. The last repetition on each stick
 /// with at least two is held back; for a flight without test points, every fourth piece of 10 s is. The validation data
@@ -76,8 +76,13 @@ pub fn identify(
     velocity: Velocity,
 ) -> Result<Identification, IdentifyError> {
     let requested = structure.into();
-    let is_requested = requested.is_some();
-    let mut model = requested.unwrap_or_else(|| built_in("hybrid"));
+    let (is_requested, has_fixes) = (requested.is_some(), !dataset.fixes.is_empty());
+    let usual = if has_fixes { "hybrid" } else { "rates" };
+    let mut model = requested.unwrap_or_else(|| built_in(usual));
+    let is_rate = |output: &String| ["p", "q", "r"].contains(&output.as_str());
+    if !has_fixes && !model.equations.outputs.iter().all(is_rate) {
+        return Err(IdentifyError::NoFix { model: model.name().to_owned() });
+    }
     let flown = FlightRecord::new(dataset, solutions, velocity)?;
     let least_hz = LEAST_TONE_HZ.max(bandwidth_hz(&flown.experiment));
     let tones = find_tones(&flown.experiment, least_hz);
