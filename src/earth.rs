@@ -6,7 +6,7 @@
 //!
 //! Conversions are valid over the whole globe, poles and date line included, from 5 000 km below to 10 000 000 km
 //! above the ellipsoid. Gravity is accurate to 1e-6 m/s² up to 15 km. North is undefined at the poles:
-//! [`transport_rate`](Local::transport_rate) grows without bound there. Navigation in NED therefore requires
+//! [`transport_rate`](LocalEarth::transport_rate) grows without bound there. Navigation in NED therefore requires
 //! [`Geodetic::is_navigable`].
 
 use core::f64::consts::FRAC_PI_2;
@@ -175,20 +175,20 @@ impl Geodetic {
     /// is under 1 µm within 1 m and under 6 mm within 100 m.
     #[must_use]
     pub fn displaced<T: Scalar>(&self, displacement_m: Vector<Ned, T>) -> Self {
-        Local::about(self).displaced(self, displacement_m)
+        LocalEarth::about(self).displaced(self, displacement_m)
     }
 
     /// Small NED displacement from `from` to this position, m, computed with the radii of curvature at `from`: the
     /// inverse of [`displaced`](Self::displaced).
     #[must_use]
     pub fn displacement_from(&self, from: &Self) -> Vector<Ned> {
-        Local::at(from).displacement(from, self)
+        LocalEarth::at(from).displacement(from, self)
     }
 }
 
 /// Quantities of the Earth model that navigation needs at one position, computed from one sine and one cosine.
 #[derive(Clone, Copy, Debug)]
-pub struct Local<T = f64> {
+pub struct LocalEarth<T = f64> {
     /// Meridian radius of curvature plus height, m: metres of northing per radian of latitude.
     pub north_radius_m: T,
     /// Prime-vertical radius of curvature plus height, m.
@@ -201,7 +201,7 @@ pub struct Local<T = f64> {
     cos_latitude: T,
 }
 
-impl Local {
+impl LocalEarth {
     /// The Earth model at the position `place`.
     ///
     /// Gravity is Somigliana's formula on the ellipsoid, extended to height by the second-order series (TR8350.2
@@ -216,8 +216,8 @@ impl Local {
     }
 }
 
-impl<T: Scalar> Local<T> {
-    /// The Earth model at the position `place`, as [`at`](Local::at), in any number type.
+impl<T: Scalar> LocalEarth<T> {
+    /// The Earth model at the position `place`, as [`at`](LocalEarth::at), in any number type.
     #[must_use]
     pub fn about(place: &Geodetic) -> Self {
         let number = T::of;

@@ -100,7 +100,7 @@ impl<T: Scalar> From<&Outputs<T>> for AutopilotOutputs {
             Some(Reason::Override) => (ModeReason::Override, Distrust::None),
             Some(Reason::Distrust(why)) => (ModeReason::Distrust, distrust(why)),
             Some(Reason::Recovered) => (ModeReason::Recovered, Distrust::None),
-            Some(Reason::Patience) => (ModeReason::Patience, Distrust::None),
+            Some(Reason::VelocityNotRecovered) => (ModeReason::Patience, Distrust::None),
             Some(_) => (ModeReason::Other, Distrust::None),
         };
         Self { sticks: core.sticks.cast().into(), mode: mode(core.mode), reason, distrust: why }

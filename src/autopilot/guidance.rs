@@ -1,7 +1,7 @@
 //! Guidance: from set-points to references of velocity and heading.
 
 use super::check::{ConfigError, within};
-use crate::earth::{Geodetic, Local};
+use crate::earth::{Geodetic, LocalEarth};
 use crate::ekf::Solution;
 use crate::frames::{Ned, Vector, wrap_angle};
 use crate::scalar::Scalar;
@@ -176,12 +176,12 @@ pub(super) struct Guidance<T> {
 #[derive(Clone, Copy, Debug)]
 struct Station<T> {
     position: Geodetic,
-    earth: Local<T>,
+    earth: LocalEarth<T>,
 }
 
 impl<T: Scalar> Station<T> {
     fn at(position: Geodetic) -> Self {
-        Self { position, earth: Local::about(&position) }
+        Self { position, earth: LocalEarth::about(&position) }
     }
 }
 
@@ -255,7 +255,7 @@ impl<T: Scalar> Guidance<T> {
     }
 
     /// Last references for the loops: velocity, m/s, and heading, rad.
-    pub fn asked(&self) -> (Vector<Ned, T>, T) {
+    pub fn reference(&self) -> (Vector<Ned, T>, T) {
         (self.reference.velocity_mps, self.reference.heading_rad)
     }
 
@@ -462,6 +462,6 @@ mod tests {
             solution.heading_revision_rad += 0.001;
             guidance.step(&solution, 0.0, trusted);
         }
-        assert!((guidance.asked().1 - 1.0).abs() < 1e-9, "{:?}", guidance.asked());
+        assert!((guidance.reference().1 - 1.0).abs() < 1e-9, "{:?}", guidance.reference());
     }
 }

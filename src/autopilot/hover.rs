@@ -219,8 +219,8 @@ impl<T: Scalar> HoverAutopilot<T> {
     /// Velocity, m/s, and heading, rad, that guidance last commanded to the loops. The loops follow the velocity only
     /// while [`Mode::holds_velocity`].
     #[must_use]
-    pub fn asked(&self) -> (Vector<Ned, T>, T) {
-        self.guidance.asked()
+    pub fn reference(&self) -> (Vector<Ned, T>, T) {
+        self.guidance.reference()
     }
 
     /// Trim learned in steady hover, flown by the pilot or the autopilot.

@@ -65,7 +65,7 @@ pub enum Reason {
     /// The estimate is good enough for a better mode again.
     Recovered,
     /// Velocity did not recover within the configured time.
-    Patience,
+    VelocityNotRecovered,
 }
 
 /// A change of mode.

@@ -103,7 +103,7 @@ impl<T: Scalar> Supervisor<T> {
             // Without attitude, the pilot keeps the sticks.
             (Err(_), ..) if self.mode == Mode::Manual => (Mode::Manual, Reason::Switch),
             (Err(why), ..) => (Mode::Neutral, Reason::Distrust(why)),
-            (_, Err(_), _) if impatient => (Mode::Descent, Reason::Patience),
+            (_, Err(_), _) if impatient => (Mode::Descent, Reason::VelocityNotRecovered),
             (_, Err(why), _) => (Mode::Attitude, Reason::Distrust(why)),
             (.., Err(why)) => (Mode::Velocity, Reason::Distrust(why)),
             _ => (Mode::Position, Reason::Recovered),

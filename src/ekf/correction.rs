@@ -8,7 +8,7 @@ use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY}
 use super::scalar::Scalar;
 use super::square;
 use super::trace::Trace;
-use crate::earth::Local;
+use crate::earth::LocalEarth;
 use crate::frames::{Ned, Vector};
 use crate::ins::NavState;
 use crate::time::Time;
@@ -169,7 +169,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         let small = stepped.level && since_s == 0.0;
         let tilt = if small { T::of(square(STEPPED_TILT_RAD)) } else { T::ZERO };
-        let weight_mps2 = -Local::<T>::about(&self.state.position).gravity_mps2;
+        let weight_mps2 = -LocalEarth::<T>::about(&self.state.position).gravity_mps2;
         let mut step = Transition::of_relaxation(relaxation);
         step.attitude_noise = [tilt, T::ZERO, T::ZERO, tilt, T::ZERO, T::ZERO];
         // For each propagation: factor of the tilt's effect on velocity, and factor of the biases' effect on attitude

@@ -27,7 +27,7 @@ use super::scalar::Scalar;
 use super::self_contradiction::SelfContradiction;
 use super::square;
 use super::trace::Trace;
-use crate::earth::Local;
+use crate::earth::LocalEarth;
 use crate::frames::{Body, Ned, Vector};
 use crate::imu::{ImuSample, Integrity, Rest, Suspicion};
 use crate::ins::{Increment, Integrator, Mounting, NavState, Start, UNKNOWN_HEIGHT_M};
@@ -433,7 +433,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.history.clear();
         self.history.coast(time, interval_s, rotation_rad);
         self.samples.self_contradiction.add(Vector::ZERO, false);
-        let local = Local::about(&self.state.position);
+        let local = LocalEarth::about(&self.state.position);
         Some(local.earth_rate_radps + local.transport_rate(self.state.velocity_mps))
     }
 }

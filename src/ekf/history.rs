@@ -4,7 +4,7 @@
 //! increments since then, and the measurement's sensitivity with it. Nothing is rolled back and no past covariance is
 //! kept. The comparison neglects the sensor noise added in between; the caller adds it to the measurement's noise.
 
-use crate::earth::Local;
+use crate::earth::LocalEarth;
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::ins::{Advance, Increment, NavState};
 use crate::scalar::Scalar;
@@ -206,7 +206,7 @@ impl<T: Scalar> History<T> {
     pub fn look_back(
         &self,
         now: &NavState<T>,
-        earth: &Local<T>,
+        earth: &LocalEarth<T>,
         time: Time,
         with_acceleration: bool,
     ) -> Option<LookBack<T>> {

@@ -2,7 +2,7 @@
 
 use super::config::Fence;
 use crate::autopilot::SetPoint;
-use crate::earth::{Geodetic, Local};
+use crate::earth::{Geodetic, LocalEarth};
 use crate::frames::Vector;
 use crate::scalar::Scalar;
 
@@ -22,14 +22,14 @@ pub(super) enum FenceChange {
 pub(super) struct FenceMonitor<T> {
     fence: Option<Fence>,
     /// Earth model at the centre.
-    local: Option<Local<T>>,
+    local: Option<LocalEarth<T>>,
     /// Set-point to return to, from the moment the fence was reached until the vehicle is well inside again.
     home: Option<SetPoint>,
 }
 
 impl<T: Scalar> FenceMonitor<T> {
     pub fn new(fence: Option<Fence>) -> Self {
-        let local = fence.map(|fence| Local::about(&fence.centre));
+        let local = fence.map(|fence| LocalEarth::about(&fence.centre));
         Self { fence, local, home: None }
     }
 

@@ -129,7 +129,7 @@ fn mode_in_words(transition: &Transition, f: &mut fmt::Formatter<'_>) -> fmt::Re
         Reason::Switch => f.write_str("the switch was moved"),
         Reason::Override => f.write_str("a stick was moved"),
         Reason::Recovered => f.write_str("the estimate is good enough for it"),
-        Reason::Patience => f.write_str("velocity did not recover in time"),
+        Reason::VelocityNotRecovered => f.write_str("velocity did not recover in time"),
         Reason::Distrust(Distrust::Frozen) if matches!(to, Mode::Neutral | Mode::Manual) => {
             f.write_str("the inertial unit repeats the same sample")
         }
@@ -164,7 +164,8 @@ mod tests {
             Distrust::Frozen,
             Distrust::Disagreement,
         ];
-        let others = [Reason::Switch, Reason::Override, Reason::Recovered, Reason::Patience];
+        let others =
+            [Reason::Switch, Reason::Override, Reason::Recovered, Reason::VelocityNotRecovered];
         for reason in distrusts.map(Reason::Distrust).into_iter().chain(others) {
             for to in Mode::ALL {
                 let time = Time::ZERO;
@@ -172,10 +173,11 @@ mod tests {
                     ControlNotice::Mode(Transition { time, from: Mode::Position, to, reason })
                         .to_string();
                 assert!(told.len() <= 160, "{told}");
-                for name in ["Distrust", "Recovered", "Patience", "Position", "Neutral"] {
+                for name in ["Distrust", "Recovered", "VelocityNotRecovered", "Position", "Neutral"]
+                {
                     assert!(!told.contains(name), "{told}");
                 }
-                let grave = matches!(reason, Reason::Distrust(_) | Reason::Patience);
+                let grave = matches!(reason, Reason::Distrust(_) | Reason::VelocityNotRecovered);
                 let advised = told.contains("take over");
                 assert_eq!(advised, grave && to != Mode::Manual, "{told}");
             }

@@ -1,6 +1,6 @@
 //! The strapdown mechanization in north, east, down on the rotating ellipsoid.
 
-use crate::earth::{Geodetic, Local};
+use crate::earth::{Geodetic, LocalEarth};
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::ins::Increment;
 use crate::scalar::Scalar;
@@ -79,7 +79,7 @@ impl<T: Scalar> NavState<T> {
     pub fn advance(&mut self, time: Time, increment: &Increment<T>) -> Advance<T> {
         let half = T::of(0.5);
         let interval_s = increment.interval_s;
-        let earth = Local::about(&self.position);
+        let earth = LocalEarth::about(&self.position);
         let body_to_ned_rows = self.body_to_ned.rows();
         let force_start: Vector<Ned, T> = body_to_ned_rows
             .map(|row| Vector::<Body, T>::from(row).dot(increment.velocity_mps))
@@ -120,8 +120,8 @@ impl<T: Scalar> NavState<T> {
     /// Equation (S14) of docs/equations.md.
     pub fn coast(&mut self, time: Time, angular_rate_radps: Vector<Body, T>) -> Vector<Body, T> {
         let interval_s: T = time.seconds_since(self.time);
-        self.position =
-            Local::about(&self.position).carried(&self.position, self.velocity_mps * interval_s);
+        self.position = LocalEarth::about(&self.position)
+            .carried(&self.position, self.velocity_mps * interval_s);
         let lasting_s = |memory_s: f64| interval_s / (T::ONE + interval_s / T::of(memory_s));
         let rate = self.body_to_ned * angular_rate_radps;
         let tilt_s = lasting_s(TILT_MEMORY_S);

@@ -146,7 +146,7 @@ impl Supplement {
         control: &FlightControl<T>,
         outputs: &ControlOutputs,
     ) -> Self {
-        let (velocity_mps, heading_rad) = control.autopilot().asked();
+        let (velocity_mps, heading_rad) = control.autopilot().reference();
         let (velocity_mps, heading_rad) = (velocity_mps.cast(), heading_rad.wide());
         Self {
             mode: Some(outputs.mode),

@@ -119,7 +119,7 @@ fn a_barometer_that_freezes_in_a_climb_is_reported_and_a_coarse_one_is_not() {
             *height_m = held;
         }
         let found = warnings(&mut dataset, Sensor::Barometer);
-        assert_told(&found, FindingKind::Frozen, 40.0, 70.0, "repeat");
+        assert_told(&found, FindingKind::BarometerFrozen, 40.0, 70.0, "repeat");
         for resolution_m in [0.1, 0.5, 1.0] {
             let mut dataset = flight(seed);
             for (_, height_m) in &mut dataset.baro {

@@ -1,7 +1,7 @@
 //! The first attitude, velocity and position: within their stated accuracy, from every source.
 
 use approx::assert_abs_diff_eq;
-use hovernav::earth::{Geodetic, Local};
+use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::ekf::{Estimator, EstimatorConfig, Notice, layout};
 use hovernav::event::Event;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
@@ -51,7 +51,7 @@ impl Still {
         fix: Fix,
     ) -> Option<Alignment> {
         let mut aligner = Aligner::new(config, mounting);
-        let earth = Local::at(&place());
+        let earth = LocalEarth::at(&place());
         let lift: Vector<Ned> = Vector::new(0.0, 0.0, -earth.gravity_mps2);
         for step in 0..=100 {
             let sample = ImuSample {
@@ -111,7 +111,7 @@ fn an_accelerometer_bias_tilts_the_level_by_its_share_of_gravity() {
         Still { accel_bias_mps2: Vector::new(bias, -bias, 0.0), ..Still::at(0.0, 0.0, 0.0) };
     let alignment = still.aligned(AlignmentConfig::default(), fix()).unwrap();
     let angles = alignment.start.state.body_to_ned.euler();
-    let tilt_rad = bias / Local::at(&place()).gravity_mps2;
+    let tilt_rad = bias / LocalEarth::at(&place()).gravity_mps2;
     assert_abs_diff_eq!(angles.pitch_rad, tilt_rad, epsilon = 1e-5);
     assert_abs_diff_eq!(angles.roll_rad, tilt_rad, epsilon = 1e-5);
     // The default one-sigma covers such a bias.
@@ -293,7 +293,7 @@ fn an_unknown_heading_is_found_in_motion_within_its_stated_one_sigma() {
 /// A fix at any second is accompanied by enough samples, at any interval of the fixes.
 #[test]
 fn a_lone_fix_aligns_whenever_it_comes() {
-    let lift = Vector::new(0.0, 0.0, -Local::at(&place()).gravity_mps2);
+    let lift = Vector::new(0.0, 0.0, -LocalEarth::at(&place()).gravity_mps2);
     for tenths in 12..130 {
         let mut aligner = Aligner::new(AlignmentConfig::default(), Mounting::default());
         for step in 0..=tenths * 5 {
@@ -311,7 +311,7 @@ fn a_lone_fix_aligns_whenever_it_comes() {
 /// height, m.
 fn aligned_without_height(for_s: u32) -> (f64, f64) {
     let mut aligner = Aligner::new(AlignmentConfig::default(), Mounting::default());
-    let lift = Vector::new(0.0, 0.0, -Local::at(&place()).gravity_mps2);
+    let lift = Vector::new(0.0, 0.0, -LocalEarth::at(&place()).gravity_mps2);
     for step in 0..3000 {
         let time = Time::ZERO + f64::from(step) * PERIOD_S;
         let motion = Motion::Rates { angular_rate_radps: Vector::ZERO, specific_force_mps2: lift };

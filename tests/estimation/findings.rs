@@ -56,8 +56,8 @@ fn real_flights_give_no_warning_but_of_their_gps_and_their_gaps() {
     for (name, allowed) in [
         ("car-rtk", &[][..]),
         ("quad-p4rtk-vibration", &[]),
-        ("quad-ardupilot-5hz", &[FindingKind::Gap, FindingKind::Refused, FindingKind::TimeOffset]),
-        ("quad-hover-aided", &[FindingKind::Refused, FindingKind::TimeOffset]),
+        ("quad-ardupilot-5hz", &[FindingKind::Gap, FindingKind::Rejected, FindingKind::TimeOffset]),
+        ("quad-hover-aided", &[FindingKind::Rejected, FindingKind::TimeOffset]),
     ] {
         let Some(dir) = shared(format!("datasets/{name}")) else { continue };
         let mut dataset = Dataset::open(&dir).unwrap();
@@ -79,7 +79,7 @@ fn each_fault_ends_in_a_sentence_with_its_span_and_size() {
         ("stuck=all@100:2", FindingKind::Stuck, "all readings repeated"),
         ("stuck=gz@100:5", FindingKind::StuckAxis, "gyro z"),
         ("clip-accel=1.5", FindingKind::Clipping, "full scale of 14.7 m/s² (1.50 g)"),
-        ("glitch-step=60@100:15", FindingKind::Refused, "glitch"),
+        ("glitch-step=60@100:15", FindingKind::Rejected, "glitch"),
         ("frozen-fix@100", FindingKind::FrozenFix, "repeat the previous one"),
         ("no-velocity", FindingKind::VelocityAbsent, "velocity absent in 299 of 299 fixes"),
         ("height-held@100", FindingKind::HeightHeld, "height held at"),

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hovernav::earth::{Geodetic, Local};
+use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Solution};
 use hovernav::event::Event;
@@ -142,7 +142,7 @@ fn flown<T: Scalar>(rate_hz: i64) -> NavState {
 fn carried<T: Scalar>(rate_hz: u32) -> Geodetic {
     let travel_m = Vector::new(12.0, 9.0, -0.01).cast::<T>() * T::of(1.0 / f64::from(rate_hz));
     (0..3600 * rate_hz).fold(Geodetic::from_degrees(48.1, 11.6, 520.0).unwrap(), |place, _| {
-        Local::<T>::about(&place).carried(&place, travel_m)
+        LocalEarth::<T>::about(&place).carried(&place, travel_m)
     })
 }
 

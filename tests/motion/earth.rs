@@ -43,8 +43,8 @@ fn integral(from: f64, to: f64, integrand: impl Fn(f64) -> f64) -> f64 {
     (0..pieces).map(piece).sum()
 }
 
-fn at_latitude(latitude_rad: f64) -> Local {
-    Local::at(&Geodetic { latitude_rad, longitude_rad: 0.0, height_m: 0.0 })
+fn at_latitude(latitude_rad: f64) -> LocalEarth {
+    LocalEarth::at(&Geodetic { latitude_rad, longitude_rad: 0.0, height_m: 0.0 })
 }
 
 /// Normal gravity by the closed formula in ellipsoidal coordinates, (outward, northward) in m/s²,
@@ -150,7 +150,7 @@ fn gravity_on_the_ellipsoid_has_the_published_values() {
     assert_abs_diff_eq!(at_latitude(0.0).gravity_mps2, 9.780_325_335_9, epsilon = 1e-12);
     // The published k has twelve digits, so the value at the pole differs by 1e-10.
     assert_abs_diff_eq!(at_latitude(FRAC_PI_2).gravity_mps2, 9.832_184_937_8, epsilon = 2e-10);
-    let weighted = |weight: &dyn Fn(&Local) -> f64| {
+    let weighted = |weight: &dyn Fn(&LocalEarth) -> f64| {
         integral(0.0, FRAC_PI_2, |latitude| {
             let local = at_latitude(latitude);
             weight(&local) * local.north_radius_m * local.east_radius_m * latitude.cos()
@@ -297,7 +297,7 @@ proptest! {
         prop_assert!((local - Vector::new(0.0, 0.0, -100.0)).norm() < 1e-8);
         let pole: Vector<Ecef> = Vector::new(0.0, 0.0, EARTH_RATE_RADPS);
         let earth_rate = here.ecef_to_ned() * pole;
-        prop_assert!((Local::at(&here).earth_rate_radps - earth_rate).norm() < 1e-19);
+        prop_assert!((LocalEarth::at(&here).earth_rate_radps - earth_rate).norm() < 1e-19);
     }
 
     #[test]
@@ -338,7 +338,7 @@ proptest! {
         here in navigable(89.0), velocity in vector(30.0),
     ) {
         // One second apart, centred: the remaining error is of third order in the angle.
-        let local = Local::at(&here);
+        let local = LocalEarth::at(&here);
         let [before, after] = [-0.5, 0.5].map(|s| local.displaced(&here, velocity * s));
         let way = here.ecef_to_ned() * (after.to_ecef() - before.to_ecef());
         prop_assert!((way - velocity).norm() < 2e-6);
@@ -351,7 +351,7 @@ proptest! {
     #[test]
     fn gravity_is_the_exact_normal_gravity_up_to_15_km(here in anywhere(-400.0..15_000.0)) {
         let (outward, northward) = closed_form_gravity(&here);
-        prop_assert!((Local::at(&here).gravity_mps2 + outward).abs() < 1e-6);
+        prop_assert!((LocalEarth::at(&here).gravity_mps2 + outward).abs() < 1e-6);
         // Groves 2.140, which the module documents as neglected.
         let omitted = -8.08e-9 * here.height_m * (2.0 * here.latitude_rad).sin();
         prop_assert!((northward - omitted).abs() < 1e-6);

@@ -2,7 +2,7 @@
 //! with a closed-form solution.
 
 use approx::assert_abs_diff_eq;
-use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, Local};
+use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, LocalEarth};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::imu::{ImuErrors, ImuSample, Motion};
 use hovernav::ins::{AngularAcceleration, Integrator, LeverArm, NavState};
@@ -184,7 +184,7 @@ fn sculling_motion_drifts_by_the_two_sample_bound_and_no_more() {
 fn at_rest_on_the_rotating_earth_nothing_drifts_for_an_hour() {
     let place = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
     let attitude = Rotation::from_euler(EulerAngles::from_degrees(5.0, -3.0, 130.0));
-    let earth = Local::at(&place);
+    let earth = LocalEarth::at(&place);
     let rate = attitude.inverse() * earth.earth_rate_radps;
     let force = attitude.inverse() * Vector::new(0.0, 0.0, -earth.gravity_mps2);
     for increments in [false, true] {
@@ -210,7 +210,7 @@ fn at_rest_on_the_rotating_earth_nothing_drifts_for_an_hour() {
 #[test]
 fn a_velocity_error_swings_with_the_schuler_period() {
     let place = Geodetic::from_degrees(0.0, 20.0, 0.0).unwrap();
-    let earth = Local::at(&place);
+    let earth = LocalEarth::at(&place);
     let motion = rates(
         Vector::claim(earth.earth_rate_radps.components()),
         Vector::new(0.0, 0.0, -earth.gravity_mps2),
@@ -233,7 +233,7 @@ fn free_fall_is_down_with_gravity_and_east_with_coriolis() {
     for (time, ..) in moments(10) {
         ins.push(&sample(time, rates(Vector::ZERO, Vector::ZERO)));
     }
-    let earth = Local::at(&place);
+    let earth = LocalEarth::at(&place);
     let (gravity, time_s) = (earth.gravity_mps2, 10.0f64);
     let gradient = 2.0 * gravity / earth.north_radius_m;
     let fallen = ins.state.position.displacement_from(&place);
@@ -252,7 +252,7 @@ fn free_fall_is_down_with_gravity_and_east_with_coriolis() {
 #[test]
 fn a_cruise_along_the_equator_keeps_its_height_and_its_speed() {
     let place = Geodetic::from_degrees(0.0, 0.0, 1000.0).unwrap();
-    let earth = Local::at(&place);
+    let earth = LocalEarth::at(&place);
     for speed in [100.0, -100.0] {
         let heading = EulerAngles::from_degrees(0.0, 0.0, f64::copysign(90.0, speed));
         let attitude = Rotation::from_euler(heading);
@@ -287,7 +287,7 @@ fn a_cruise_along_a_meridian_keeps_its_height_and_its_speed() {
     let mut ins = Ins::new(place, Vector::new(speed, 0.0, 0.0), Rotation::IDENTITY);
     let mut truth = place;
     for (time, ..) in moments(600) {
-        let earth = Local::at(&truth);
+        let earth = LocalEarth::at(&truth);
         let [north, _, down] = earth.earth_rate_radps.to_array();
         let rate = Vector::new(north, -speed / earth.north_radius_m, down);
         let force = Vector::new(
@@ -300,7 +300,7 @@ fn a_cruise_along_a_meridian_keeps_its_height_and_its_speed() {
         assert!(off_m < 4e-3, "{off_m} m after {time}");
         // The meridian is integrated by the midpoint rule; its radius changes by a relative 1e-7 in a step.
         let half_way = truth.latitude_rad + 0.5 * PERIOD_S * speed / earth.north_radius_m;
-        let radius_m = Local::at(&Geodetic { latitude_rad: half_way, ..truth }).north_radius_m;
+        let radius_m = LocalEarth::at(&Geodetic { latitude_rad: half_way, ..truth }).north_radius_m;
         truth.latitude_rad += PERIOD_S * speed / radius_m;
     }
     assert!((ins.state.velocity_mps - Vector::new(speed, 0.0, 0.0)).norm() < 2e-5);

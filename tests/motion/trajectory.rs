@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use approx::assert_abs_diff_eq;
-use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, Local};
+use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, LocalEarth};
 use hovernav::frames::{Body, Vector};
 use hovernav::glam::{DQuat, DVec3};
 use hovernav_sim::{FlightPlan, Leg, State, Trajectory, TrajectoryError};
@@ -37,7 +37,7 @@ impl InEcef {
     /// Derivative computed from the measurements of an inertial unit at this point.
     fn derivative(&self, sensed: &State) -> Self {
         let place = Geodetic::from_ecef(Vector::claim(self.position)).unwrap();
-        let down = Vector::new(0.0, 0.0, Local::at(&place).gravity_mps2);
+        let down = Vector::new(0.0, 0.0, LocalEarth::at(&place).gravity_mps2);
         let gravity = (place.ecef_to_ned().inverse() * down).components();
         let force = self.body_to_ecef * sensed.specific_force_mps2.components();
         let rate = DQuat::from_vec4(sensed.inertial_rate_radps.components().extend(0.0));
@@ -205,7 +205,7 @@ fn a_hover_senses_gravity_and_the_rotation_of_the_earth() {
     let plan = FlightPlan::hover_at(field, 90f64.to_radians());
     for trajectory in [plan.build().unwrap(), plan.hold(60.0).build().unwrap()] {
         let state = trajectory.at(17.0);
-        let local = Local::at(&field);
+        let local = LocalEarth::at(&field);
         assert_abs_diff_eq!(state.specific_force_mps2.z(), -local.gravity_mps2, epsilon = 1e-15);
         // The nose points east: north is to the left.
         let half = EARTH_RATE_RADPS * 0.5f64.sqrt();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hovernav::autopilot::{Check, Mode};
 use hovernav::controls::Sticks;
-use hovernav::earth::{Geodetic, Local};
+use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::ekf::Solution;
 use hovernav_record::{Cycle, Level, Record, RecordedCycle};
 
@@ -141,7 +141,7 @@ impl RecordPage<'_> {
         let first = solutions.first().map(|solution| solution.position);
         // Without a fence, the site is a region of several kilometres, so the first position is the origin.
         let origin = if fence.is_some() { site } else { first };
-        let local = origin.map(|origin| (origin, Local::at(&origin)));
+        let local = origin.map(|origin| (origin, LocalEarth::at(&origin)));
         let at = |solution: &Solution| match &local {
             Some((origin, local)) => local.displacement(origin, &solution.position).to_array(),
             None => [f64::NAN; 3],

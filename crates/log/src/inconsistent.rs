@@ -46,7 +46,7 @@ impl Inconsistent {
              own solution is used there",
             self.sigmas
         );
-        Finding::warning(Sensor::Filter, FindingKind::SmoothingDenied, (start_s, end_s), words)
+        Finding::warning(Sensor::Filter, FindingKind::SmoothingRejected, (start_s, end_s), words)
             .of(self.fixes)
     }
 }

@@ -102,8 +102,8 @@ mod tests {
         };
         let findings = [
             harmed(FindingKind::Vibration, 300.0, harm(Some(2.0), 1.0), "long and harmless"),
-            harmed(FindingKind::Refused, 2.0, harm(Some(3.0), 1.0), "short"),
-            harmed(FindingKind::Refused, 3.4, harm(Some(30.0), 1.0), "short and harmful"),
+            harmed(FindingKind::Rejected, 2.0, harm(Some(3.0), 1.0), "short"),
+            harmed(FindingKind::Rejected, 3.4, harm(Some(30.0), 1.0), "short and harmful"),
             harmed(FindingKind::Outage, 4.0, harm(None, 8.0), "grown"),
             harmed(FindingKind::Gap, 4.0, harm(Some(1.0), 90.0), "covered by its one-sigma"),
         ];

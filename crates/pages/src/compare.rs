@@ -1,6 +1,6 @@
 //! The page of a comparison: the differences, and all solutions in one figure each.
 
-use hovernav::earth::{Geodetic, Local};
+use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::time::Time;
 use hovernav_formats::{Comparison, Difference, NamedTrajectory};
 use hovernav_log::{Axis as ScoreAxis, RelativePoint};
@@ -234,7 +234,7 @@ fn columns(solutions: &[NamedTrajectory], zero_s: f64) -> Vec<Columns> {
     let all = || solutions.iter().flat_map(|one| &one.trajectory.solutions);
     let origin = all().map(|one| one.position).find(|place| place.latitude_rad.is_finite());
     let origin = origin.unwrap_or(NOWHERE);
-    let local = Local::at(&origin);
+    let local = LocalEarth::at(&origin);
     let of = |(one, role): (&NamedTrajectory, Role)| {
         let mut quantities: [[Vec<f64>; 3]; 3] = Default::default();
         for solution in &one.trajectory.solutions {

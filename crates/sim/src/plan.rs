@@ -1,6 +1,6 @@
 //! Flight plans: a list of legs, and the manoeuvres composed of them.
 
-use hovernav::earth::{Geodetic, Local};
+use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::frames::Vector;
 
 use super::leg::{Leg, Level};
@@ -191,7 +191,7 @@ impl FlightPlan {
     }
 
     fn gravity_mps2(&self) -> f64 {
-        Local::at(&self.start).gravity_mps2
+        LocalEarth::at(&self.start).gravity_mps2
     }
 
     /// Change of the forward, right and down speed, m/s, while the acceleration changes smoothly. The mean acceleration

@@ -1,6 +1,6 @@
 //! Motion of one point of a rigid vehicle, and of its other points.
 
-use hovernav::earth::{Geodetic, Local};
+use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::ekf::Solution;
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::time::Time;
@@ -24,7 +24,7 @@ pub struct State {
     /// Acceleration of the point minus gravitation, m/s², as accelerometers there measure it.
     pub specific_force_mps2: Vector<Body>,
     /// Gravity, radii and rotation of the Earth at [`position`](Self::position).
-    pub(super) local: Local,
+    pub(super) local: LocalEarth,
 }
 
 impl State {
@@ -62,7 +62,7 @@ impl State {
         let offset_m = self.body_to_ned * lever_arm_m;
         let frame_turn_rad = self.local.transport_rate(offset_m);
         let position = self.local.displaced(&self.position, offset_m);
-        let local = Local::at(&position);
+        let local = LocalEarth::at(&position);
 
         let ned_to_body = self.body_to_ned.inverse();
         let rate_over_earth = self.inertial_rate_radps - ned_to_body * self.local.earth_rate_radps;
@@ -95,7 +95,7 @@ impl State {
         }
         let rate = self.inertial_rate_radps;
         let offset_m = self.body_to_ned * lever_arm_m;
-        let there = Local::at(&self.local.displaced(&self.position, offset_m));
+        let there = LocalEarth::at(&self.local.displaced(&self.position, offset_m));
         let down_here: Vector<Ned> = Vector::new(0.0, 0.0, 1.0);
         let down_there = down_here + self.local.transport_rate(offset_m).cross(down_here);
         let gravity_more = down_there * there.gravity_mps2 - down_here * self.local.gravity_mps2;

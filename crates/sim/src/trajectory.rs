@@ -9,7 +9,7 @@ use std::fmt;
 
 use hovernav::glam::{DVec2, DVec3, swizzles::Vec3Swizzles};
 
-use hovernav::earth::{Geodetic, Local};
+use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 
 use super::leg::{Leg, Level};
@@ -135,7 +135,7 @@ impl Trajectory {
         let time_s = time_s.clamp(0.0, self.duration_s);
         let Channels { speed, acceleration, yaw, pitch, roll } = self.channels(time_s);
         let position = self.position(time_s);
-        let local = Local::at(&position);
+        let local = LocalEarth::at(&position);
 
         let (sin_r, cos_r) = libm::sincos(roll.value);
         let (sin_p, cos_p) = libm::sincos(pitch.value);
@@ -297,7 +297,7 @@ fn geodetic(place: DVec3) -> Geodetic {
 
 /// Change of latitude, longitude and height for a small displacement from the position `place`.
 fn geodetic_step(place: DVec3, way_m: Vector<Ned>) -> DVec3 {
-    let local = Local::at(&geodetic(place));
+    let local = LocalEarth::at(&geodetic(place));
     let parallel_m = local.east_radius_m * libm::cos(place.x);
     DVec3::new(way_m.x() / local.north_radius_m, way_m.y() / parallel_m, -way_m.z())
 }

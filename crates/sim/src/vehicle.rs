@@ -15,7 +15,7 @@ use super::skids;
 use super::state::State;
 use super::transport::Transport;
 use hovernav::controls::Sticks;
-use hovernav::earth::{Geodetic, Local};
+use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav_model::helicopter::{
     Helicopter, HelicopterError, HelicopterParameters, HelicopterState, StateDerivative,
@@ -262,7 +262,7 @@ impl Vehicle {
         let mut after = before.integrated(step_s, |motion| self.derivative(motion));
         after.body_to_ned = after.body_to_ned.turned_in_from(self.pushed.1 * step_s);
         let travel = (before.velocity_ned_mps() + after.velocity_ned_mps()) * (0.5 * step_s);
-        self.position = Local::at(&self.position).carried(&self.position, travel);
+        self.position = LocalEarth::at(&self.position).carried(&self.position, travel);
         self.motion = after;
         self.crash = self.crash.or_else(|| self.strikes());
     }
@@ -344,7 +344,7 @@ impl Vehicle {
     pub fn state(&self) -> State {
         let motion = &self.motion;
         let change = self.derivative(motion);
-        let local = Local::at(&self.position);
+        let local = LocalEarth::at(&self.position);
         let velocity_mps = motion.velocity_ned_mps();
         let to_body = motion.body_to_ned.inverse();
         let transport = local.transport_rate(velocity_mps);
@@ -393,7 +393,7 @@ mod tests {
     fn in_hover_its_sensors_feel_gravity_and_the_turning_earth() {
         let vehicle = hovering_at(30.0);
         let state = vehicle.state();
-        let local = Local::at(&state.position);
+        let local = LocalEarth::at(&state.position);
         let up = state.body_to_ned * state.specific_force_mps2;
         assert!((up + Vector::new(0.0, 0.0, local.gravity_mps2)).norm() < 1e-6);
         let turning = state.body_to_ned * state.inertial_rate_radps;

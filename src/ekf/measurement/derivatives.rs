@@ -154,7 +154,7 @@ mod tests {
 
     impl Measurement for Both {
         fn compare(&self, expected: &Expected, rows: &mut Rows) {
-            let to_beacon = crate::earth::Local::at(&expected.position)
+            let to_beacon = crate::earth::LocalEarth::at(&expected.position)
                 .displacement(&expected.position, &self.beacon);
             let distance_m = to_beacon.norm();
             let away = to_beacon * (-1.0 / distance_m);

@@ -16,7 +16,7 @@ use super::super::{single, square};
 use super::report::{Report, Unusable};
 use super::update::Compared;
 use super::wander::GpsNoise;
-use crate::earth::Local;
+use crate::earth::LocalEarth;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
 use crate::ins::LeverArm;
@@ -102,7 +102,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if fix.time - self.state.time > LEAD_S {
             return Err(Unusable::AheadOfImu);
         }
-        let earth = Local::about(&self.state.position);
+        let earth = LocalEarth::about(&self.state.position);
         let [delay_s, latency_s] = self.gps_delays_s();
         let look_back = |latency_s: T, with_acceleration| {
             let time = fix.time.offset_by(-latency_s);
@@ -299,7 +299,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[inline(never)]
     fn position_axes(
         &self,
-        earth: &Local<T>,
+        earth: &LocalEarth<T>,
         fix: &Fix,
         back: &LookBack<T>,
         noise: &GpsNoise,

@@ -11,7 +11,7 @@ use super::super::trace::Trace;
 use super::own::{Expected, Measurement, Row, Rows};
 use super::report::{Report, Unusable};
 use super::update::ScalarMeasurement;
-use crate::earth::Local;
+use crate::earth::LocalEarth;
 use crate::frames::{Body, Ned, Vector};
 use crate::ins::LeverArm;
 use crate::matrix::combined;
@@ -50,7 +50,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if time - self.state.time > AHEAD_S {
             return Err(Unusable::AheadOfImu);
         }
-        let earth = Local::about(&self.state.position);
+        let earth = LocalEarth::about(&self.state.position);
         let back = self.history.look_back(&self.state, &earth, time, false);
         // Within a gap of the samples the motion since the reading is unknown.
         let is_known = |back: &LookBack<T>| back.age_s <= T::of(LATE_S) && back.hidden_s == T::ZERO;

@@ -9,7 +9,7 @@ use super::super::square;
 use super::super::trace::Trace;
 use super::report::Report;
 use super::update::ScalarMeasurement;
-use crate::earth::Local;
+use crate::earth::LocalEarth;
 
 /// One-sigma of the rate of a vehicle at rest over a second, rad/s, due to wind, hands and warming up.
 const RATE_SIGMA_RADPS: f64 = 0.003;
@@ -35,7 +35,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let rate =
             self.samples.resting_rate_radps.take().filter(|_| self.config.mechanisms.rest)?;
         self.relax(trace);
-        let earth = Local::about(&self.state.position).earth_rate_radps;
+        let earth = LocalEarth::about(&self.state.position).earth_rate_radps;
         let off = (rate - self.state.body_to_ned.inverse() * earth).to_array();
         if !core::mem::replace(&mut self.bias_shift.rests, true) {
             let bias = self.block(GYRO_BIAS);

@@ -10,7 +10,7 @@ fn fenced(steering: Option<SteeringConfig>) -> FlightControlConfig {
 }
 
 fn north_asked_mps(bench: &Bench) -> f64 {
-    bench.control.autopilot().asked().0.x()
+    bench.control.autopilot().reference().0.x()
 }
 
 #[test]

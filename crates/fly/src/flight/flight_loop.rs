@@ -346,7 +346,7 @@ impl FlightLoop {
             fence_share: self.flown.and_then(|solution| control.fence_share(&solution.position)),
             ..self.supplement.with_control(control, &outputs)
         };
-        let (asked_velocity_mps, asked_heading_rad) = control.autopilot().asked();
+        let (asked_velocity_mps, asked_heading_rad) = control.autopilot().reference();
         let cycle = Cycle {
             has_sample,
             servos_good: inputs.servos_good,

@@ -125,7 +125,7 @@ pub fn control_part(notice: &ControlNotice) -> Part {
             Reason::Distrust(why) => {
                 part_of(why, matches!(transition.to, Mode::Neutral | Mode::Manual))
             }
-            Reason::Patience => Part::Receiver,
+            Reason::VelocityNotRecovered => Part::Receiver,
             _ => Part::Estimator,
         },
         _ => Part::Autopilot,
@@ -160,7 +160,7 @@ mod tests {
             (ControlNotice::DescentStarted, Part::Pilot),
             (mode(Mode::Neutral, stale), Part::InertialUnit),
             (mode(Mode::Neutral, frozen), Part::InertialUnit),
-            (mode(Mode::Descent, Reason::Patience), Part::Receiver),
+            (mode(Mode::Descent, Reason::VelocityNotRecovered), Part::Receiver),
         ] {
             assert_eq!(control_level(&notice), Level::Critical, "{notice}");
             assert_eq!(control_part(&notice), part, "{notice}");

@@ -16,21 +16,21 @@ pub enum FindingKind {
     /// An aid's readings pause, end early or begin late.
     ReadingsAbsent,
     /// The filter rejected readings that differ from its prediction.
-    Refused,
+    Rejected,
     /// The filter rejected readings until it was reset to them.
-    FilterReopened,
+    ResetToReadings,
     /// Successive fixes are inconsistent with any motion.
     ContradictsItself,
     /// Positions of fixes drift from the receiver's own velocity.
-    PlaceWalks,
+    PositionDrift,
     /// After a gap in the inertial samples, the filter was reset to the measured attitude or heading.
-    TakenAnew,
+    ResetAfterGap,
     /// The receiver states one-sigmas that are smaller than the scatter of its fixes.
     Understated,
     /// Fixes repeat the previous one.
     FrozenFix,
     /// A barometer repeats its height while the vehicle's height changes.
-    Frozen,
+    BarometerFrozen,
     /// Heights of fixes repeat while the position moves, or were never measured.
     HeightHeld,
     /// Fixes without a velocity, or without its vertical part.
@@ -80,7 +80,7 @@ pub enum FindingKind {
     /// The heading was inconsistent with GPS and was turned to agree.
     HeadingReset,
     /// The heading was suspect according to GPS, but was not turned.
-    HeadingInDoubt,
+    HeadingSuspect,
     /// The heading was never found in the run.
     HeadingUnknown,
     /// The distance to the ground jumped.
@@ -95,7 +95,7 @@ pub enum FindingKind {
     /// The reference or the onboard estimator contradicts the solution.
     Contradicted,
     /// The fixes are inconsistent with the smoothed path, so the filter's own solution replaces it.
-    SmoothingDenied,
+    SmoothingRejected,
     // Keep this one last: the length of `ALL` depends on it.
     /// The set-up is wrong, or likely wrong.
     SetUp,
@@ -106,14 +106,14 @@ impl FindingKind {
     pub const ALL: [Self; Self::SetUp as usize + 1] = [
         Self::Outage,
         Self::ReadingsAbsent,
-        Self::Refused,
-        Self::FilterReopened,
+        Self::Rejected,
+        Self::ResetToReadings,
         Self::ContradictsItself,
-        Self::PlaceWalks,
-        Self::TakenAnew,
+        Self::PositionDrift,
+        Self::ResetAfterGap,
         Self::Understated,
         Self::FrozenFix,
-        Self::Frozen,
+        Self::BarometerFrozen,
         Self::HeightHeld,
         Self::VelocityAbsent,
         Self::FixesTooEarly,
@@ -138,14 +138,14 @@ impl FindingKind {
         Self::AttitudeUnlikeGyros,
         Self::HeadingFound,
         Self::HeadingReset,
-        Self::HeadingInDoubt,
+        Self::HeadingSuspect,
         Self::HeadingUnknown,
         Self::StepOfGround,
         Self::WrongBaseline,
         Self::Reversed,
         Self::Unusable,
         Self::Contradicted,
-        Self::SmoothingDenied,
+        Self::SmoothingRejected,
         Self::SetUp,
     ];
 
@@ -153,14 +153,14 @@ impl FindingKind {
     #[must_use]
     pub fn of_notice(notice: &Notice) -> Option<Self> {
         Some(match notice {
-            Notice::Updated(report) if report.any_reset() => Self::FilterReopened,
+            Notice::Updated(report) if report.any_reset() => Self::ResetToReadings,
             Notice::Updated(report) if report.contradicts_itself() => Self::ContradictsItself,
-            Notice::Updated(report) if report.any_rejected() => Self::Refused,
-            Notice::Updated(report) if report.position_drift_m().is_some() => Self::PlaceWalks,
+            Notice::Updated(report) if report.any_rejected() => Self::Rejected,
+            Notice::Updated(report) if report.position_drift_m().is_some() => Self::PositionDrift,
             Notice::SetupSuspect { .. } => Self::SetUp,
             Notice::HeadingFound { .. } => Self::HeadingFound,
             Notice::HeadingReset { .. } => Self::HeadingReset,
-            Notice::HeadingSuspect { .. } => Self::HeadingInDoubt,
+            Notice::HeadingSuspect { .. } => Self::HeadingSuspect,
             Notice::HeadingMissing { .. } => Self::HeadingUnknown,
             Notice::MagneticFieldDisturbed { .. } | Notice::MagneticFieldUsual { .. } => {
                 Self::MagneticDisturbance
@@ -197,7 +197,7 @@ impl FindingKind {
                 _ => Self::NotANumber,
             },
             SensorOutput::DmuClockFault(..) => Self::TimeStamps,
-            SensorOutput::Fix(_, failures) if !failures.is_empty() => Self::Refused,
+            SensorOutput::Fix(_, failures) if !failures.is_empty() => Self::Rejected,
             SensorOutput::FixWithoutHeight(_) => Self::Unusable,
             _ => return None,
         })
@@ -209,14 +209,14 @@ impl FindingKind {
         match self {
             Self::Outage => "outage",
             Self::ReadingsAbsent => "readings absent",
-            Self::Refused => "refused",
-            Self::FilterReopened => "filter reopened",
+            Self::Rejected => "refused",
+            Self::ResetToReadings => "filter reopened",
             Self::ContradictsItself => "contradicts itself",
-            Self::PlaceWalks => "place walks",
-            Self::TakenAnew => "taken anew",
+            Self::PositionDrift => "place walks",
+            Self::ResetAfterGap => "taken anew",
             Self::Understated => "understated",
             Self::FrozenFix => "frozen fix",
-            Self::Frozen => "frozen",
+            Self::BarometerFrozen => "frozen",
             Self::HeightHeld => "height held",
             Self::VelocityAbsent => "velocity absent",
             Self::FixesTooEarly => "fixes too early",
@@ -241,14 +241,14 @@ impl FindingKind {
             Self::AttitudeUnlikeGyros => "attitude unlike the gyros",
             Self::HeadingFound => "heading found",
             Self::HeadingReset => "heading reset",
-            Self::HeadingInDoubt => "heading in doubt",
+            Self::HeadingSuspect => "heading in doubt",
             Self::HeadingUnknown => "heading unknown",
             Self::StepOfGround => "step of the ground",
             Self::WrongBaseline => "wrong baseline",
             Self::Reversed => "reversed",
             Self::Unusable => "unusable",
             Self::Contradicted => "solution contradicted",
-            Self::SmoothingDenied => "smoothing denied",
+            Self::SmoothingRejected => "smoothing denied",
             Self::SetUp => "set-up",
         }
     }

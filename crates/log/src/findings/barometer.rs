@@ -36,8 +36,13 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             heights[first]
         );
         findings.push(
-            Finding::warning(Sensor::Barometer, FindingKind::Frozen, (start_s, end_s), words)
-                .of(last - first),
+            Finding::warning(
+                Sensor::Barometer,
+                FindingKind::BarometerFrozen,
+                (start_s, end_s),
+                words,
+            )
+            .of(last - first),
         );
     }
 }

@@ -192,7 +192,7 @@ fn rejection(
             first.sensor,
             parts.join(", "),
         );
-        return Finding::warning(first.sensor, FindingKind::TakenAnew, span.bounds_s(), words)
+        return Finding::warning(first.sensor, FindingKind::ResetAfterGap, span.bounds_s(), words)
             .severity(Severity::Info);
     }
     let why = match cause(log, first, span.start_s) {
@@ -212,7 +212,8 @@ fn rejection(
         ),
         None => "; the filter continued without it".into(),
     };
-    let kind = if reopened.is_some() { FindingKind::FilterReopened } else { FindingKind::Refused };
+    let kind =
+        if reopened.is_some() { FindingKind::ResetToReadings } else { FindingKind::Rejected };
     let is_warning = lasting || large || reopened.is_some();
     let severity = if is_warning { Severity::Warning } else { Severity::Info };
     let words = format!(

@@ -168,7 +168,7 @@ fn checks(log: &Judged<'_>, findings: &mut Vec<Finding>) {
             span.when(),
         );
         findings.push(
-            Finding::warning(Sensor::Filter, FindingKind::HeadingInDoubt, span.bounds_s(), words)
+            Finding::warning(Sensor::Filter, FindingKind::HeadingSuspect, span.bounds_s(), words)
                 .severity(if span.largest > SUSPECT_RAD {
                     Severity::Warning
                 } else {

@@ -12,7 +12,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let drifting =
         drifting.filter_map(|report| Some((report.time()?.seconds(), report.position_drift_m()?)));
     for span in spans(drifting, APART_S) {
-        let (kind, span_s) = (FindingKind::PlaceWalks, span.bounds_s());
+        let (kind, span_s) = (FindingKind::PositionDrift, span.bounds_s());
         let words = format!(
             "gps position drifted from the receiver's own velocity {}, by up to {:.0} m: a receiver glitch or a wrong \
              velocity; the filter follows the position, and its one-sigma covers the earlier position too{}",

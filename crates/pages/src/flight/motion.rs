@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use hovernav::earth::{Geodetic, Local};
+use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
 use hovernav::gps::Fix;
 use hovernav::time::Time;
@@ -101,7 +101,7 @@ pub struct Motion {
 
 impl Motion {
     pub fn of_solutions(solutions: &[Solution], clock: Clock, origin: &Geodetic) -> Self {
-        let local = Local::at(origin);
+        let local = LocalEarth::at(origin);
         Self {
             time: solutions.iter().map(|s| clock.seconds(s.time)).collect(),
             position_m: columns(solutions, |s| local.displacement(origin, &s.position).to_array()),
@@ -115,7 +115,7 @@ impl Motion {
     pub fn of_onboard(onboard: Option<&Onboard>, clock: Clock, origin: &Geodetic) -> Self {
         const UNKNOWN: [f64; 3] = [f64::NAN; 3];
         let moments = onboard.map_or(&[][..], |onboard| &onboard.moments);
-        let local = Local::at(origin);
+        let local = LocalEarth::at(origin);
         Self {
             time: moments.iter().map(|moment| clock.seconds(moment.time)).collect(),
             position_m: columns(moments, |moment| {
@@ -141,7 +141,7 @@ impl Motion {
         clock: Clock,
         origin: &Geodetic,
     ) -> Self {
-        let local = Local::at(origin);
+        let local = LocalEarth::at(origin);
         Self {
             time: reference.iter().map(|(time, _)| clock.seconds(*time)).collect(),
             position_m: columns(reference, |(_, moment)| {
@@ -179,7 +179,7 @@ impl Fixes {
             let times: HashSet<Time> = rejected.map(|innovation| innovation.time).collect();
             fixes.iter().map(|fix| times.contains(&fix.time)).collect()
         };
-        let local = Local::at(origin);
+        let local = LocalEarth::at(origin);
         Self {
             time: fixes.iter().map(|fix| clock.seconds(fix.time)).collect(),
             position_m: columns(fixes, |fix| local.displacement(origin, &fix.position).to_array()),
