@@ -73,7 +73,7 @@ enum Verb {
     /// Identify a model of the helicopter from a flight and validate it; writes model.toml, summary.json and
     /// report.html
     #[cfg(feature = "lab")]
-    Identify(identify::Arguments),
+    Identify(Box<identify::Arguments>),
     /// Show the contents of a log: sensors, sample rates, time spans, gaps
     Info(info::Arguments),
     /// Show a recorded flight on a page: modes, set-points, sticks, health, timing; writes report.html and summary.json

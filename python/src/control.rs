@@ -9,7 +9,7 @@ use hovernav::earth::Geodetic;
 use hovernav_design::CheckedDesign;
 use hovernav_design::hover::{HoverDesign, Wanted};
 use hovernav_formats::Options;
-use hovernav_model::{StateSpace, shipped};
+use hovernav_model::{StateSpace, TimeDomain, shipped};
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{FlightConfig, FlightEvent};
 use hovernav_sysid::helicopter::{
@@ -92,6 +92,50 @@ impl Model {
     fn b<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         let b = self.0.b();
         matrix(py, b.nrows(), b.ncols(), |row, column| b[(row, column)])
+    }
+
+    /// The matrix C, shape (outputs, states).
+    #[getter]
+    fn c<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let c = self.0.c();
+        matrix(py, c.nrows(), c.ncols(), |row, column| c[(row, column)])
+    }
+
+    /// The matrix D, shape (outputs, inputs).
+    #[getter]
+    fn d<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        let d = self.0.d();
+        matrix(py, d.nrows(), d.ncols(), |row, column| d[(row, column)])
+    }
+
+    /// Names of the outputs, in order.
+    #[getter]
+    fn outputs(&self) -> Vec<String> {
+        self.0.outputs().iter().map(|signal| signal.name.clone()).collect()
+    }
+
+    /// The model as a `control.StateSpace` of python-control, without the delays and lags of the inputs, which are in
+    /// `parameters`: tau_lat, lag_lat and so on, s.
+    ///
+    /// Raises
+    /// ------
+    /// ImportError
+    ///     If python-control is not installed.
+    fn to_control<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let names = PyDict::new(py);
+        names.set_item("states", self.states())?;
+        names.set_item("inputs", self.inputs())?;
+        names.set_item("outputs", self.outputs())?;
+        let matrices = (self.a(py), self.b(py), self.c(py), self.d(py));
+        if let TimeDomain::Discrete { period_s } = self.0.time() {
+            names.set_item("dt", period_s)?;
+        }
+        py.import("control")?.call_method("ss", matrices, Some(&names))
+    }
+
+    /// The model as a MATLAB script that defines `model`, an `ss` object with names, units and delays.
+    fn to_matlab(&self) -> String {
+        self.0.to_matlab()
     }
 
     /// The identified parameters by name: stability derivatives, delays and lags.

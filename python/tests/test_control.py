@@ -28,6 +28,16 @@ def test_a_model_is_the_commands(command: Path, tmp_path: Path) -> None:
     assert np.array_equal(again.a, model.a) and again.reasons == model.reasons
 
 
+def test_a_model_is_one_of_python_control() -> None:
+    model = hn.Model.open("raptor60")
+    control = model.to_control()
+    assert np.array_equal(control.A, model.a) and np.array_equal(control.B, model.b)
+    assert np.array_equal(control.C, model.c) and np.array_equal(control.D, model.d)
+    assert control.state_labels == model.states and control.input_labels == model.inputs
+    assert control.output_labels == model.outputs and control.dt == 0
+    assert "ss(A, B, C, D)" in model.to_matlab()
+
+
 def test_an_autopilot_is_the_commands(
     command: Path, tmp_path: Path, autopilot: hn.Autopilot
 ) -> None:

@@ -1,5 +1,6 @@
 //! `hovernav identify`: identifies a model of the helicopter from a recorded flight.
 
+mod export;
 mod page;
 mod summary;
 mod words;
@@ -16,6 +17,7 @@ use hovernav_sysid::helicopter::{
     identify,
 };
 
+use self::export::ExportFormat;
 use self::page::IdentificationPage;
 use self::summary::Summary;
 use crate::memory;
@@ -46,6 +48,9 @@ pub struct Arguments {
     /// Settings file that overrides the log's dataset.toml, in the same format
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Also write a file for other programs; may be repeated
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',')]
+    export: Vec<ExportFormat>,
     /// Do not write report.html
     #[arg(long)]
     no_report: bool,
@@ -110,6 +115,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let out = arguments.out.clone().unwrap_or_else(|| default_out(log));
     output::create(&out)?;
     vehicle.write(&out.join("model.toml"))?;
+    export::write(&arguments.export, &vehicle, frequency.as_ref().ok(), &out)?;
     if !arguments.no_report {
         let (facts, headlines) = (summary.facts(), words::headlines(&found));
         let page = IdentificationPage {

@@ -25,7 +25,12 @@ fn an_identification_leaves_a_model_a_summary_and_a_page() {
     let flight = flight("identify-flight", |_, content| Some(content));
     let out = place("identify-hybrid");
     let own = ["identify", text(&flight), "--model", "hybrid", "--held-gps", "--out", text(&out)];
-    let words = succeeds(&own);
+    let words = succeeds(&[&own[..], &["--export", "csv,matlab"]].concat());
+    let responses = fs::read_to_string(out.join("responses.csv")).unwrap();
+    let coherent = |line: &str| line.split(',').nth(5).and_then(|own| own.parse::<f64>().ok());
+    let coherence: Vec<f64> = responses.lines().filter_map(coherent).collect();
+    assert!(coherence.len() > 1_000 && coherence.iter().all(|own| (0.0..=1.0).contains(own)));
+    assert!(fs::read_to_string(out.join("model.m")).unwrap().contains("ss(A, B, C, D)"));
 
     let summary = summary(&out);
     assert_keys(&summary, &["warnings", "model", "log"]);

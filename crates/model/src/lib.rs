@@ -17,6 +17,7 @@ pub mod helicopter;
 pub mod hover;
 pub mod linalg;
 mod linear;
+mod matlab;
 mod modes;
 mod parameter;
 mod pattern;

@@ -1,0 +1,70 @@
+//! `--export`: the model and the responses in the formats of other programs.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use hovernav_model::StateSpace;
+use hovernav_sysid::helicopter::FrequencyDomain;
+
+use crate::output;
+
+/// A file for another program.
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+pub enum ExportFormat {
+    /// The frequency responses of flight and model with their coherence, `responses.csv`
+    Csv,
+    /// The model as a MATLAB script, `model.m`
+    Matlab,
+}
+
+/// Files of the formats.
+const RESPONSES: &str = "responses.csv";
+const SCRIPT: &str = "model.m";
+
+/// Writes the requested files to `out`, and removes older ones that are not requested.
+pub fn write(
+    asked: &[ExportFormat],
+    vehicle: &StateSpace,
+    frequency: Option<&FrequencyDomain>,
+    out: &Path,
+) -> anyhow::Result<()> {
+    let mut stale = vec![RESPONSES, SCRIPT];
+    let mut file = |name, text: String| {
+        stale.retain(|own| *own != name);
+        output::write(&out.join(name), text)
+    };
+    if asked.contains(&ExportFormat::Matlab) {
+        file(SCRIPT, vehicle.to_matlab())?;
+    }
+    if asked.contains(&ExportFormat::Csv)
+        && let Some(frequency) = frequency
+    {
+        file(RESPONSES, responses(frequency))?;
+    }
+    output::remove_stale(out, stale);
+    Ok(())
+}
+
+/// One row per stick, output and frequency. Magnitudes are in the output's unit per unit stick: rad/s and m/s².
+fn responses(frequency: &FrequencyDomain) -> String {
+    let mut text = "stick,output,frequency_hz,flight_db,flight_deg,coherence,random_error,model_db,model_deg\n".to_owned();
+    let measured = &frequency.measured;
+    for (input, stick) in measured.input_names.iter().enumerate() {
+        for (output, name) in measured.output_names.iter().enumerate() {
+            for (at, frequency_hz) in measured.frequencies_hz.iter().enumerate() {
+                let place = (output, input);
+                let [flight, model] = [&measured.responses, &frequency.modelled].map(|of| {
+                    let value = of[at][place];
+                    format!("{:.4},{:.3}", 20.0 * value.norm().log10(), value.arg().to_degrees())
+                });
+                let (coherence, error) =
+                    (measured.coherence[at][place], measured.random_error[at][place]);
+                let _ = writeln!(
+                    text,
+                    "{stick},{name},{frequency_hz:.5},{flight},{coherence:.4},{error:.4},{model}"
+                );
+            }
+        }
+    }
+    text
+}
