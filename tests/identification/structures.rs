@@ -2,10 +2,14 @@
 
 use std::path::Path;
 
+use approx::assert_abs_diff_eq;
 use hovernav_log::Dataset;
+use hovernav_model::Verdict;
 use hovernav_sysid::helicopter::{
-    IdentifyError, ModelStructure, Velocity, gyro_solutions, identify,
+    FlightRecord, FrequencyDomain, IdentifyError, ModelStructure, Velocity, gyro_solutions,
+    identify,
 };
+use hovernav_sysid::methods::prediction_error::{Estimate, Status};
 
 fn of_text(text: &str) -> Result<ModelStructure, String> {
     let dir = tempfile::tempdir().unwrap();
@@ -73,6 +77,73 @@ fn a_structure_in_a_file_is_identified_like_a_built_in_one() {
     }
 }
 
+/// Parameters of an identification with the changed file of a built-in structure, and its verdict.
+fn changed(name: &str, changes: &[(&str, &str)]) -> (Vec<Estimate>, Verdict) {
+    let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
+    let dataset = Dataset::open(dir).unwrap();
+    let mut text = ModelStructure::text(name).unwrap().to_owned();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    // Yaw needs neither attitude nor velocity.
+    let solutions = gyro_solutions(&dataset);
+    let structure = of_text(&text).unwrap();
+    let found = identify(&dataset, &solutions, structure, Velocity::Estimated).unwrap();
+    (found.parameters().to_vec(), found.verdict(None))
+}
+
+#[test]
+fn fixed_values_and_priors_are_in_the_unit_of_the_record() {
+    let nped = "{ name = \"Nped\", unit = \"rad/s²\", start = 20.0, range = [-500.0, 500.0], needed = true }";
+    let value = |as_written: &str| {
+        let found = changed("yaw", &[(nped, &format!("{{ name = \"Nped\", {as_written} }}"))]);
+        (found.0.into_iter().find(|own| own.name == "Nped").unwrap(), found.1)
+    };
+    let (held, verdict) = value("start = 20.0, fixed = true");
+    assert_eq!((held.value, held.status), (20.0, Status::Held));
+    assert!(verdict.reasons.iter().any(|own| own.contains("the structure fixes it at 20.000")));
+    let (expected, _) = value("start = 20.0, expected = [20.0, 1e-4]");
+    assert_abs_diff_eq!(expected.value, 20.0, epsilon = 1e-2);
+}
+
+#[test]
+fn a_verdict_does_not_depend_on_the_names_of_the_parameters() {
+    let outputs_alone = [("Nped*pedal", "power*pedal"), ("\"Nped\"", "\"power\"")];
+    let (own, verdict) = changed("yaw", &outputs_alone);
+    assert!(own.iter().any(|own| own.name == "power" && own.bound_percent() < 15.0));
+    assert!(!verdict.reasons.iter().any(|reason| reason.contains("no stick acts")));
+    let nothing = [
+        ("Nped*pedal + Ncol*collective", "0*pedal + 0*collective"),
+        (
+            "    { name = \"Nped\", unit = \"rad/s²\", start = 20.0, range = [-500.0, 500.0], needed = true },\n",
+            "",
+        ),
+        ("    { name = \"Ncol\", unit = \"rad/s²\", start = 0.0, range = [-200.0, 200.0] },\n", ""),
+    ];
+    let (_, verdict) = changed("yaw", &nothing);
+    assert!(
+        verdict.reasons.iter().any(|reason| reason == "no stick acts on the model"),
+        "{verdict:?}"
+    );
+}
+
+#[test]
+fn models_of_angles_or_with_a_free_lag_alone_have_no_frequency_domain() {
+    let angle = "summary = \"\"\ninputs = [\"longitudinal\"]\noutputs = [\"theta\"]\n\
+                 equations = [\"theta' = K*longitudinal + L*theta + n_t\"]\nnoises = { n_t = 0.1 }\n\
+                 parameters = [{ name = \"K\", start = -1.0 }, { name = \"L\", start = -0.5, range = [-9.0, 0.0] }]\n";
+    let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
+    let mut dataset = Dataset::open(dir).unwrap();
+    let settings = dataset.settings().unwrap();
+    let solutions = dataset.smooth(&settings, |_| ()).solutions;
+    let structure = of_text(angle).unwrap();
+    let found = identify(&dataset, &solutions, structure, Velocity::Estimated).unwrap();
+    let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
+    let error = FrequencyDomain::of(&found, &record).unwrap_err().to_string();
+    assert!(error.contains("neither rates nor velocities"), "{error}");
+}
+
 #[test]
 fn the_gyros_of_a_log_without_gps_give_the_model_of_the_rates() {
     let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
@@ -105,9 +176,9 @@ fn what_is_no_structure_is_rejected_with_the_file_and_the_reason() {
     assert!(of_text(heave).is_ok());
     for (from, to, reason) in [
         ("summary", "summery", "unknown key `summery`"),
-        ("n_dw = 1.0, ", "", "no initial sigma of n_dw"),
-        ("n_dw = 1.0, ", "n_dw = nan, ", "no initial sigma of n_dw"),
-        ("n_dw = 1.0, ", "n_dw = -1.0, ", "no initial sigma of n_dw"),
+        ("n_dw = 1.0, ", "", "sigma of n_dw above 0"),
+        ("n_dw = 1.0, ", "n_dw = nan, ", "sigma of n_dw above 0"),
+        ("n_dw = 1.0, ", "n_dw = -1.0, ", "sigma of n_dw above 0"),
         ("Zw*w", "Zq*w", "Zq"),
         ("start = -0.7", "start = -70.0", "outside its limits"),
         ("expected = [-0.8, 0.25]", "expected = [-0.8, 0.0]", "Zw"),
@@ -116,10 +187,21 @@ fn what_is_no_structure_is_rejected_with_the_file_and_the_reason() {
         ("inputs = [\"collective\", \"kw\"]", "inputs = [\"kw\"]", "collective"),
         ("values = { Zw = -0.7 }", "values = { Zx = -0.7 }", "Zx"),
         ("values = { Zw = -0.7 }", "values = { Zw = 70.0 }", "Zw"),
+        ("values = { Zw = -0.7 }", "values = { tau_gust = 5.0 }", "tau_gust"),
+        ("noises = { n_dw = 10.0 }", "noises = { n_x = 10.0 }", "n_x"),
+        ("outputs = [\"w\"]", "outputs = [\"w\", \"w\"]", "`w` twice"),
+        ("outputs = [\"w\"]", "outputs = [\"w x\"]", "`w x`"),
+        ("\"kw\"]", "\"kw\", \"banana\"]", "`banana`"),
+        ("range = [-10.0, 5.0]", "range = [5.0, -10.0]", "Zw"),
+        ("range = [0.0, 0.1]", "range = [-0.1, 0.1]", "lag_col"),
+        ("name = \"Zw\"", "name = \"Zcol\"", "`Zcol` twice"),
     ] {
         let error = changed(from, to);
         assert!(error.contains(reason) && error.contains("mine"), "{to}: {error}");
     }
+    let both = format!("parts = [\"yaw\"]\n{heave}");
+    assert!(of_text(&both).unwrap_err().contains("beside `parts`"));
+    assert!(of_text("parts = [\"yaw\", \"yaw\"]").unwrap_err().contains("`yaw` twice"));
     assert!(of_text("parts = [\"tail\"]").unwrap_err().contains("found the part `tail`"));
     assert!(of_text("parts = [\"hybrid\"]").unwrap_err().contains("found the part `hybrid`"));
     assert!(of_text("").unwrap_err().contains("at least one state"));

@@ -80,12 +80,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let SmoothedRun { forward, mut solutions, denied } = dataset.smooth(&config, |_| ());
     drop(working);
     if dataset.fixes.is_empty() {
+        ensure!(!arguments.held_gps, "{}: --held-gps needs fixes, and found none", log.display());
         solutions = gyro_solutions(&dataset);
     }
     ensure!(
         !solutions.is_empty(),
         "{}: no solution to identify from: alignment found no fix after {} s of inertial samples, \
-         or found no heading",
+         or found no heading. Rates can be identified without gps.csv",
         log.display(),
         config.alignment.duration_s
     );

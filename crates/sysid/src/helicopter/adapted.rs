@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::methods::prediction_error::Estimates;
-use crate::methods::structure::{Parameter, Structure};
+use crate::methods::structure::{Parameter, Structure, Term};
 use crate::record::STICKS;
 
 /// Initial values and priors of a rotor with a stabiliser bar: value and one sigma.
@@ -20,44 +20,45 @@ const WITH_BAR: [(&str, f64, f64); 6] = [
 ];
 
 impl Structure {
-    /// The structure with the effect and the delay of the input `stick`, which never moves, fixed at 0. A delay shared
-    /// with a stick that moves stays free.
-    pub(super) fn with_still(mut self, stick: &str) -> Self {
-        let Some(input) = self.inputs.iter().position(|input| input == stick) else { return self };
-        let delay = self.delays[input].take().filter(|own| !self.delays.contains(&Some(*own)));
+    /// Parameters of which every term multiplies the input `input`.
+    fn parameters_of(&self, input: usize) -> BTreeSet<usize> {
         let column = self.states.len() + input;
+        let multiplies = |term: &Term, index: usize| {
+            term.factors.iter().any(|(own, power)| *own == index && *power > 0)
+        };
+        let is_own = |index: &usize| {
+            let mut terms = self.dynamics.iter().filter(|term| multiplies(term, *index));
+            terms.all(|term| term.column == column)
+        };
         let terms = self.dynamics.iter().filter(|term| term.column == column);
         let factors = terms.flat_map(|term| &term.factors).filter(|(_, power)| *power > 0);
-        let held: Vec<usize> = factors.map(|(index, _)| *index).chain(delay).collect();
-        for index in held {
+        factors.map(|(index, _)| *index).filter(is_own).collect()
+    }
+
+    /// The structure with the effect and the delay of `input`, which never moves, fixed at 0. A delay or parameter
+    /// shared with an input that moves stays free.
+    pub(super) fn with_still(mut self, input: &str) -> Self {
+        let Some(input) = self.inputs.iter().position(|own| own == input) else { return self };
+        let delay = self.delays[input].take().filter(|own| !self.delays.contains(&Some(*own)));
+        for index in self.parameters_of(input).into_iter().chain(delay) {
             (self.parameters[index].start, self.parameters[index].fixed) = (0.0, true);
         }
         self
     }
 
     /// The structure for sticks in the unit of the record, in which `units` correspond to full travel. It converts
-    /// initial values, limits and priors of the control derivatives. A search then takes the same steps in every unit.
+    /// initial values and limits of the control derivatives. A search then takes the same steps in every unit. Fixed
+    /// values and priors are in the unit of the record.
     pub(super) fn in_units(mut self, units: [f64; 4]) -> Self {
         for (stick, unit) in STICKS.iter().zip(units) {
             let Some(input) = self.inputs.iter().position(|own| own == stick) else { continue };
-            let column = self.states.len() + input;
-            let is_own = |parameter: usize| {
-                let mut terms = self
-                    .dynamics
-                    .iter()
-                    .filter(|term| term.factors.iter().any(|(index, _)| *index == parameter));
-                terms.all(|term| term.column == column)
-            };
-            let terms = self.dynamics.iter().filter(|term| term.column == column);
-            let factors = terms.flat_map(|term| &term.factors).map(|(index, _)| *index);
-            let own: BTreeSet<usize> = factors.filter(|index| is_own(*index)).collect();
-            for index in own {
+            for index in self.parameters_of(input) {
                 let parameter = &mut self.parameters[index];
-                for value in [&mut parameter.start, &mut parameter.lower, &mut parameter.upper] {
-                    *value /= unit;
+                (parameter.lower, parameter.upper) =
+                    (parameter.lower / unit, parameter.upper / unit);
+                if !parameter.fixed {
+                    parameter.start /= unit;
                 }
-                parameter.prior =
-                    parameter.prior.map(|(value, sigma)| (value / unit, sigma / unit));
             }
         }
         self
@@ -94,6 +95,13 @@ impl Structure {
             }
         }
         with
+    }
+
+    /// Parameters that multiply a stick of the pilot, as indices.
+    pub(super) fn control_derivatives(&self) -> BTreeSet<usize> {
+        let sticks =
+            self.inputs.iter().enumerate().filter(|(_, input)| STICKS.contains(&&***input));
+        sticks.flat_map(|(input, _)| self.parameters_of(input)).collect()
     }
 
     /// Inputs that are sticks of the pilot.

@@ -9,7 +9,7 @@ use super::reconcile::Conflict;
 use super::search::Search;
 use super::stretches;
 use super::velocity_error::VelocityError;
-use crate::methods::prediction_error::{Fit, Identified};
+use crate::methods::prediction_error::{Fit, Identified, Status};
 use crate::record::Experiment;
 use crate::record::{STICKS, TestPoint, find_test_points, travels};
 use crate::record::{Tone, find_tones};
@@ -18,8 +18,6 @@ use hovernav_log::Dataset;
 
 /// Windows of the simulated fits, s: long enough for a response, short enough for an unstable vehicle.
 const WINDOW_S: f64 = 5.0;
-/// Travel of a stick in a flight that suits the initial values, as a fraction of full travel to one side.
-const USUAL_TRAVEL: f64 = 0.3;
 /// Lowest frequency of a vibration tone, Hz. A lower spectral line may be a mode of the helicopter.
 const LEAST_TONE_HZ: f64 = 5.0;
 /// Signals that are refilled with noise in the band of a removed tone: integrals of accelerometer signals.
@@ -157,9 +155,13 @@ pub fn identify(
         Velocity::HeldGps => VelocityError::NONE,
     };
     let period_s = record.experiment.period_s;
-    let units = travels(&dataset.controls)
-        .map(|travel| if travel > 0.0 { travel / USUAL_TRAVEL } else { 1.0 });
-    let search = Search { stretches: &stretches, error: &error, still: &still, period_s, units };
+    let travels = travels(&dataset.controls);
+    let is_zero =
+        |input: &&String| record.experiment.signal(input).is_ok_and(|signal| signal.amax() == 0.0);
+    still.extend(model.equations.inputs.iter().filter(is_zero).cloned());
+    still.sort_unstable();
+    still.dedup();
+    let search = Search { stretches: &stretches, error: &error, still: &still, period_s, travels };
     let mut parts = search.parts(&model)?;
     if !is_requested {
         let rigid = built_in("multirotor");
@@ -198,13 +200,23 @@ pub fn identify(
         validation => Some(judged.simulate(validation, WINDOW_S)?),
     };
     // The structure is validated: the final parameters use all data.
-    let identified = match on_all {
+    let mut identified = match on_all {
         Some(on_all) => on_all,
         None => {
             conflicts = of_judged;
             judged
         }
     };
+    model.name().clone_into(&mut identified.structure.name);
+    for estimate in &mut identified.estimates.list {
+        if estimate.status == Status::Free && estimate.bound == 0.0 {
+            estimate.status = Status::Held;
+            warnings.push(format!(
+                "{} has no effect in this flight: it keeps its initial value",
+                estimate.name
+            ));
+        }
+    }
     warnings.extend(conflicts.iter().map(ToString::to_string));
     let passed_over = parts.into_iter().find_map(|part| part.passed_over);
     for input in model.equations.inputs_of_pilot() {

@@ -140,6 +140,10 @@ impl Measured {
         let outputs: Vec<&Output> =
             OUTPUTS.iter().filter(|output| own.iter().any(|known| known == output.state)).collect();
         let output_names: Vec<String> = outputs.iter().map(|one| one.name.to_owned()).collect();
+        if outputs.is_empty() {
+            let reason = "the model has neither rates nor velocities".to_owned();
+            return Err(FrequencyError::Experiments { reason });
+        }
         let (pieces, references) = match basis {
             Basis::Sticks => {
                 let used = points.iter().filter(|point| !held_back.contains(point));
@@ -221,6 +225,10 @@ impl Measured {
             .free_parameters()
             .filter(|own| self.has_lags || !lags.contains(own))
             .collect();
+        if free.is_empty() {
+            let reason = "the model has no free parameter besides lags".to_owned();
+            return Err(FrequencyError::Experiments { reason });
+        }
         let mut untold = Vec::new();
         let mut values = start.clone();
         // The first fit, without priors, measures the misfit that they compete with.

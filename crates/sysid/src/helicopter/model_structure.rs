@@ -18,16 +18,12 @@
 //! LIDS P-2580.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::str::FromStr;
 
-use hovernav_toml::TomlError;
-use serde::Deserialize;
-use thiserror::Error;
-
+use super::structure_file::{BUILT_IN, File, ModelStructureError, Start, built_in_text, content};
 use super::velocity_error::{SlowError, VelocityError};
-use crate::methods::structure::{Parameter, Structure, StructureError};
-use crate::record::STICKS;
+use crate::methods::structure::Structure;
 
 /// Structure of a model: equations with parameters, and what a search starts from.
 ///
@@ -54,99 +50,13 @@ pub struct ModelStructure {
     output_noises: BTreeMap<String, f64>,
     /// Outputs with an error of the estimator in the equations.
     with_error: Vec<String>,
+    /// Travel of a stick to one side, as a fraction of full travel, for which initial values and limits of control
+    /// derivatives are written. They are scaled by the travel in the flight; `None` for numbers in its unit.
+    pub(super) stick_travel: Option<f64>,
 }
 
-/// Why a text is not a structure of a model.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ModelStructureError {
-    /// Neither a built-in structure nor a TOML file.
-    #[error("found `{text}`, expected a TOML file or one of {}", names())]
-    Unknown {
-        /// The text.
-        text: String,
-    },
-    /// The file is unreadable or not TOML, or a value has the wrong kind.
-    #[error(transparent)]
-    Toml(#[from] TomlError),
-    /// An unknown key, a missing value or an unknown part.
-    #[error("{}: {reason}", path.display())]
-    Content {
-        /// The file.
-        path: PathBuf,
-        /// Found and expected values.
-        reason: String,
-    },
-    /// The equations are invalid. Lines are counted over `equations`, `disturbances` and `errors` together.
-    #[error("{}: {source}", path.display())]
-    Equations {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        source: StructureError,
-    },
-}
-
-/// Initial values of a search.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Start {
-    /// Values of parameters, by name.
-    pub values: BTreeMap<String, f64>,
-    /// σ of process noises, by name.
-    pub noises: BTreeMap<String, f64>,
-}
-
-/// A structure as written in a file.
-#[derive(Debug, Clone, Default, Deserialize)]
-#[serde(default)]
-struct File {
-    summary: String,
-    parts: Vec<String>,
-    inputs: Vec<String>,
-    outputs: Vec<String>,
-    offsets: Vec<String>,
-    equations: Vec<String>,
-    disturbances: Vec<String>,
-    errors: Vec<String>,
-    delays: BTreeMap<String, String>,
-    lags: BTreeMap<String, String>,
-    noises: BTreeMap<String, f64>,
-    output_noises: BTreeMap<String, f64>,
-    starts: Vec<Start>,
-    parameters: Vec<Row>,
-}
-
-/// A parameter as written in a file.
-#[derive(Debug, Clone, Deserialize)]
-struct Row {
-    name: String,
-    #[serde(default)]
-    unit: String,
-    start: f64,
-    range: Option<[f64; 2]>,
-    expected: Option<[f64; 2]>,
-    #[serde(default)]
-    fixed: bool,
-    #[serde(default)]
-    needed: bool,
-}
-
-/// The built-in structures: name and file.
-const BUILT_IN: [(&str, &str); 11] = [
-    ("yaw", include_str!("../../structures/yaw.toml")),
-    ("heave", include_str!("../../structures/heave.toml")),
-    ("roll", include_str!("../../structures/roll.toml")),
-    ("pitch", include_str!("../../structures/pitch.toml")),
-    ("rates", include_str!("../../structures/rates.toml")),
-    ("roll-pitch", include_str!("../../structures/roll-pitch.toml")),
-    ("flapping", include_str!("../../structures/flapping.toml")),
-    ("hybrid", include_str!("../../structures/hybrid.toml")),
-    ("hover", include_str!("../../structures/hover.toml")),
-    ("multirotor", include_str!("../../structures/multirotor.toml")),
-    ("r50", include_str!("../../structures/r50.toml")),
-];
-
+/// Parameters of a stabiliser bar.
+const BAR: [&str; 5] = ["Ac", "Bd", "tau_s", "Clon", "Dlat"];
 /// Initial σ of the noise that drives the error of a smoothed velocity, as a fraction of the σ for the whole error. A
 /// smoother counts vibration as noise, but notches have removed it from these data. With too large a σ the likelihood
 /// assigns the helicopter's motion to the measurement error.
@@ -154,24 +64,20 @@ const DRIVEN: f64 = 0.5;
 /// σ of the white part of a smoothed velocity's error, in units of the slow error's change within a sample.
 const WHITE: f64 = 0.03;
 
-/// Names of the built-in structures, separated by commas.
-fn names() -> String {
-    BUILT_IN.map(|(name, _)| name).join(", ")
-}
-
 impl FromStr for ModelStructure {
     type Err = ModelStructureError;
 
     /// The built-in structure of this name, or the structure in this file.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         if let Some(file) = File::built_in(text) {
-            return file.structure(Path::new(text));
+            return Self::of_file(file, text, Path::new(text));
         }
         let path = Path::new(text);
         if !path.is_file() {
             return Err(ModelStructureError::Unknown { text: text.to_owned() });
         }
-        File::parse(&hovernav_toml::read_text(path)?, path)?.structure(path)
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        Self::of_file(File::parse(&hovernav_toml::read_text(path)?, path)?, &name, path)
     }
 }
 
@@ -184,19 +90,63 @@ impl ModelStructure {
     /// The built-in structure `name`.
     #[must_use]
     pub fn built_in(name: &str) -> Option<Self> {
-        File::built_in(name)?.structure(Path::new(name)).ok()
+        Self::of_file(File::built_in(name)?, name, Path::new(name)).ok()
     }
 
     /// The TOML file of the built-in structure `name`.
     #[must_use]
     pub fn text(name: &str) -> Option<&'static str> {
-        BUILT_IN.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+        built_in_text(name)
     }
 
     /// Name: that of the built-in structure, or the file's name without its ending.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.equations.name
+    }
+
+    /// The structure in `file`. A structure of parts has the equations of all its parts; its own parameters replace
+    /// theirs of the same name.
+    fn of_file(mut file: File, name: &str, path: &Path) -> Result<Self, ModelStructureError> {
+        file.check_names().map_err(|reason| content(path, reason))?;
+        let mut parts = Vec::new();
+        let own = std::mem::take(&mut file.parameters);
+        for name in std::mem::take(&mut file.parts) {
+            let mut part = File::built_in(&name).filter(|part| part.parts.is_empty());
+            let Some(part) = part.as_mut() else {
+                return Err(content(
+                    path,
+                    format!("found the part `{name}`, expected a built-in structure without parts"),
+                ));
+            };
+            for parameter in &mut part.parameters {
+                if let Some(own) = own.iter().find(|own| own.name == parameter.name) {
+                    *parameter = own.clone();
+                }
+            }
+            file.join(part);
+            parts.push(Self::of_file(part.clone(), &name, path)?);
+        }
+        let new = own
+            .into_iter()
+            .filter(|own| !file.parameters.iter().any(|known| known.name == own.name));
+        file.parameters.extend(new.collect::<Vec<_>>());
+        let equations = file.equations(name, path)?;
+        file.check(&equations).map_err(|reason| content(path, reason))?;
+        let with_error = file.errors.iter().filter_map(|line| {
+            let output = line.split_once('=')?.0.trim();
+            (!output.ends_with('\'')).then(|| output.to_owned())
+        });
+        Ok(Self {
+            summary: file.summary,
+            equations,
+            parts,
+            starts: file.starts,
+            noises: file.noises,
+            output_noises: file.output_noises,
+            with_error: with_error.collect(),
+            stick_travel: file.stick_travel,
+        })
     }
 
     /// The only stick of a part with one delay, and the name of the delay.
@@ -236,8 +186,10 @@ impl ModelStructure {
 
     /// Whether the equations have a stabiliser bar that a search may add.
     pub(super) fn may_have_bar(&self) -> bool {
-        let bar = self.equations.parameter("Ac");
-        bar.is_some_and(|bar| self.equations.parameters[bar].fixed)
+        BAR.iter().all(|name| {
+            let place = self.equations.parameter(name);
+            place.is_some_and(|place| self.equations.parameters[place].fixed)
+        })
     }
 }
 
@@ -252,187 +204,4 @@ pub(super) fn built_in(name: &str) -> ModelStructure {
 /// velocity errors, and the collective acts too weakly and too late.
 pub(super) fn largest_process_sigma(error: &VelocityError, period_s: f64) -> Vec<(String, f64)> {
     vec![("n_ew".to_owned(), error.vertical.drive(period_s))]
-}
-
-impl Row {
-    fn parameter(&self) -> Parameter {
-        let parameter = Parameter::new(&self.name, &self.unit, self.start);
-        let parameter = match self.range {
-            Some([lower, upper]) => parameter.within(lower, upper),
-            None => parameter,
-        };
-        let parameter = match self.expected {
-            Some([value, sigma]) => parameter.expected(value, sigma),
-            None => parameter,
-        };
-        let needed = parameter.needed || self.needed;
-        Parameter { needed, fixed: self.fixed, ..parameter }
-    }
-}
-
-impl File {
-    fn built_in(name: &str) -> Option<Self> {
-        let file = Self::parse(ModelStructure::text(name)?, Path::new(name));
-        file.ok()
-    }
-
-    fn parse(text: &str, path: &Path) -> Result<Self, ModelStructureError> {
-        let (file, unknown): (Self, Vec<String>) = hovernav_toml::parse(text, path)?;
-        match unknown.first() {
-            Some(key) => Err(content(path, format!("found the unknown key `{key}`"))),
-            None => Ok(file),
-        }
-    }
-
-    /// The structure in this file. A structure of parts has the equations of all its parts; its own parameters replace
-    /// theirs of the same name.
-    fn structure(mut self, path: &Path) -> Result<ModelStructure, ModelStructureError> {
-        let mut parts = Vec::new();
-        let own = std::mem::take(&mut self.parameters);
-        for name in std::mem::take(&mut self.parts) {
-            let mut part = Self::built_in(&name).filter(|part| part.parts.is_empty());
-            let Some(part) = part.as_mut() else {
-                return Err(content(
-                    path,
-                    format!("found the part `{name}`, expected one of {}", names()),
-                ));
-            };
-            for parameter in &mut part.parameters {
-                if let Some(own) = own.iter().find(|own| own.name == parameter.name) {
-                    *parameter = own.clone();
-                }
-            }
-            self.join(part);
-            parts.push(part.clone().structure(Path::new(&name))?);
-        }
-        let new = own
-            .into_iter()
-            .filter(|own| !self.parameters.iter().any(|known| known.name == own.name));
-        self.parameters.extend(new.collect::<Vec<_>>());
-        let equations = self.equations(path)?;
-        self.check(&equations).map_err(|reason| content(path, reason))?;
-        let with_error = self.errors.iter().filter_map(|line| {
-            let output = line.split_once('=')?.0.trim();
-            (!output.ends_with('\'')).then(|| output.to_owned())
-        });
-        Ok(ModelStructure {
-            summary: self.summary,
-            equations,
-            parts,
-            starts: self.starts,
-            noises: self.noises,
-            output_noises: self.output_noises,
-            with_error: with_error.collect(),
-        })
-    }
-
-    /// Checks every number of the file except the initial values, which [`Structure::new`] checks.
-    fn check(&self, equations: &Structure) -> Result<(), String> {
-        let is_sigma = |sigma: f64| sigma > 0.0 && sigma.is_finite();
-        let is_estimated = |noise: &str| matches!(noise, "n_eu" | "n_ev" | "n_ew");
-        for noise in equations.noises.iter().filter(|noise| !is_estimated(noise)) {
-            if !self.noises.get(noise).copied().is_some_and(is_sigma) {
-                return Err(format!("found no initial sigma of {noise} in `noises`"));
-            }
-        }
-        for parameter in &equations.parameters {
-            if parameter.prior.is_some_and(|(value, sigma)| !value.is_finite() || !is_sigma(sigma))
-            {
-                return Err(format!(
-                    "{}: expected a value and a sigma above 0 in `expected`",
-                    parameter.name
-                ));
-            }
-        }
-        let sigmas = self.starts.iter().flat_map(|start| &start.noises).chain(&self.output_noises);
-        for (name, sigma) in sigmas {
-            if !is_sigma(*sigma) {
-                return Err(format!("{name}: found a sigma of {sigma}, expected one above 0"));
-            }
-        }
-        for (name, value) in self.starts.iter().flat_map(|start| &start.values) {
-            let place = equations.parameter(name);
-            let parameter = place.map(|place| &equations.parameters[place]);
-            if !parameter.is_some_and(|own| (own.lower..=own.upper).contains(value)) {
-                return Err(format!(
-                    "starts: found {name} = {value}, expected a parameter and a value in its range"
-                ));
-            }
-        }
-        Ok(())
-    }
-
-    /// Adds the equations of `part`. An input that is a state of another part is none of the whole.
-    fn join(&mut self, part: &Self) {
-        fn add<T: Clone + PartialEq>(to: &mut Vec<T>, new: &[T]) {
-            for one in new {
-                if !to.contains(one) {
-                    to.push(one.clone());
-                }
-            }
-        }
-        add(&mut self.inputs, &part.inputs);
-        add(&mut self.outputs, &part.outputs);
-        add(&mut self.offsets, &part.offsets);
-        add(&mut self.equations, &part.equations);
-        add(&mut self.disturbances, &part.disturbances);
-        add(&mut self.errors, &part.errors);
-        let (outputs, inputs) = (&self.outputs, &mut self.inputs);
-        inputs.retain(|input| !outputs.contains(input));
-        for (to, new) in [(&mut self.delays, &part.delays), (&mut self.lags, &part.lags)] {
-            for (input, name) in new {
-                to.entry(input.clone()).or_insert_with(|| name.clone());
-            }
-        }
-        for (to, new) in
-            [(&mut self.noises, &part.noises), (&mut self.output_noises, &part.output_noises)]
-        {
-            to.extend(new.iter().map(|(name, sigma)| (name.clone(), *sigma)));
-        }
-        for parameter in &part.parameters {
-            if !self.parameters.iter().any(|known| known.name == parameter.name) {
-                self.parameters.push(parameter.clone());
-            }
-        }
-    }
-
-    /// The equations, then the disturbances, then the errors of the outputs, which a [`Structure`] requires last.
-    fn equations(&self, path: &Path) -> Result<Structure, ModelStructureError> {
-        let mut lines = [&self.equations[..], &self.disturbances, &self.errors].concat();
-        let is_name = |c: char| c.is_alphanumeric() || c == '_';
-        let mut noises: Vec<String> = Vec::new();
-        for word in lines.iter().flat_map(|line| line.split(|c| !is_name(c))) {
-            if word.starts_with("n_") && !noises.iter().any(|known| known == word) {
-                noises.push(word.to_owned());
-            }
-        }
-        for (keyword, names) in [
-            ("inputs", &self.inputs),
-            ("outputs", &self.outputs),
-            ("offsets", &self.offsets),
-            ("noise", &noises),
-        ] {
-            lines.push(format!("{keyword} {}", names.join(" ")));
-        }
-        for (keyword, names) in [("delay", &self.delays), ("lag", &self.lags)] {
-            lines.extend(names.iter().map(|(input, name)| format!("{keyword} {input} {name}")));
-        }
-        let name = path.file_stem().unwrap_or_default().to_string_lossy();
-        let parameters = self.parameters.iter().map(Row::parameter).collect();
-        let structure = Structure::new(&name, parameters, &lines.join("\n")).map_err(|source| {
-            ModelStructureError::Equations { path: path.to_path_buf(), source }
-        })?;
-        if structure.inputs_of_pilot().next().is_none() {
-            let sticks = STICKS.join(", ");
-            return Err(content(
-                path,
-                format!("found no stick in `inputs`, expected one of {sticks}"),
-            ));
-        }
-        Ok(structure)
-    }
-}
-
-fn content(path: &Path, reason: String) -> ModelStructureError {
-    ModelStructureError::Content { path: path.to_path_buf(), reason }
 }

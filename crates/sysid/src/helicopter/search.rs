@@ -17,33 +17,39 @@ use crate::record::Experiment;
 /// Longest time over which residuals may be correlated, s: about the length of a gust.
 const RESIDUAL_CORRELATION_S: f64 = 2.0;
 
-/// `structure` with the correlation times of the velocity's `error`.
-fn with_error(structure: Structure, error: &VelocityError) -> Structure {
-    structure.with("tau_vh", error.horizontal.time_s, true).with(
-        "tau_vv",
-        error.vertical.time_s,
-        true,
-    )
-}
-
 /// Data and settings of a search.
 pub(super) struct Search<'a> {
     pub stretches: &'a [Experiment],
     pub error: &'a VelocityError,
-    /// Sticks that never move.
+    /// Inputs that never move.
     pub still: &'a [String],
     pub period_s: f64,
-    /// Unit of each stick; see [`Structure::in_units`].
-    pub units: [f64; 4],
+    /// Largest travel of each stick to one side, in its unit.
+    pub travels: [f64; 4],
 }
 
 impl Search<'_> {
-    fn prepared(&self, structure: Structure) -> Structure {
-        self.still
-            .iter()
-            .fold(with_error(structure.in_units(self.units), self.error), |known, stick| {
-                known.with_still(stick)
-            })
+    /// Unit of each stick for the numbers of `structure`; see [`Structure::in_units`].
+    fn units(&self, structure: &ModelStructure) -> [f64; 4] {
+        self.travels.map(|travel| match structure.stick_travel {
+            Some(usual) if travel > 0.0 => travel / usual,
+            _ => 1.0,
+        })
+    }
+
+    /// The equations of `structure` for this flight. Correlation times of the velocity's error come from the estimator.
+    fn prepared(&self, structure: &ModelStructure) -> Structure {
+        let mut equations = structure.equations.clone().in_units(self.units(structure));
+        let error = self.error;
+        for (name, time_s) in
+            [("tau_vh", error.horizontal.time_s), ("tau_vv", error.vertical.time_s)]
+        {
+            let place = equations.parameter(name);
+            if place.is_some_and(|place| equations.parameters[place].fixed) {
+                equations = equations.with(name, time_s, true);
+            }
+        }
+        self.still.iter().fold(equations, |known, input| known.with_still(input))
     }
 
     pub fn settings(&self, structure: &ModelStructure) -> Settings {
@@ -114,7 +120,7 @@ impl Search<'_> {
             return Ok(all.clone());
         }
         let settings = self.settings(structure);
-        let equations = self.prepared(structure.equations.clone());
+        let equations = self.prepared(structure);
         prediction_error::assemble(&equations, &parts, self.stretches, &settings)
     }
 
@@ -172,7 +178,7 @@ impl Search<'_> {
 
     /// The most likely result of the searches from all starts.
     fn best(&self, structure: &ModelStructure) -> Result<Found, PredictionErrorError> {
-        let equations = self.prepared(structure.equations.clone());
+        let equations = self.prepared(structure);
         // Velocity held from fix to fix serves for comparison only, so one search is enough.
         let is_held = *self.error == VelocityError::NONE;
         let most = if is_held { 1 } else { structure.starts.len() };
@@ -204,7 +210,7 @@ impl Search<'_> {
             _ => best,
         })?;
         if structure.may_have_bar() && !is_held {
-            let with_bar = equations.with_bar(&best.estimates, self.units);
+            let with_bar = equations.with_bar(&best.estimates, self.units(structure));
             return Ok(self.with_bar(best, shared, &with_bar));
         }
         Ok(Found::alone(shared, best))

@@ -1,9 +1,12 @@
 //! Suitability of the identified model for flight control design, with the reasons.
 
+use std::collections::BTreeSet;
+
 use hovernav_model::{DerivativeRole, Grade, KnownSign, Verdict};
 
 use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
+use super::model_structure::ModelStructure;
 use super::next;
 use super::uncertainty::{COST, ResponseUncertainty};
 use crate::methods::prediction_error::{ChannelFit, Estimate, Fit, Status};
@@ -55,6 +58,7 @@ impl Identification {
                 "the sticks are recorded late: the vehicle responds {early_ms:.0} ms before they move. controls.csv is late by about {early_ms:.0} ms plus the lag of the servos, up to 60 ms"
             ));
         }
+        judge.sticks(self);
         for estimate in self.parameters() {
             judge.parameter(estimate);
         }
@@ -138,6 +142,8 @@ impl Identification {
     #[must_use]
     pub fn grade_of(&self, estimate: &Estimate) -> Grade {
         let mut judge = Judge::with(&[]);
+        judge.sticks(self);
+        judge.grade = Grade::Good;
         judge.parameter(estimate);
         let own = self.identified.structure.parameter(&estimate.name);
         let expected = own.and_then(|own| self.identified.structure.parameters[own].prior);
@@ -180,6 +186,8 @@ struct Judge {
     reasons: Vec<String>,
     /// Sticks whose on-axis response is known in the band in which a hover is flown.
     known: Vec<&'static str>,
+    /// Control derivatives with names of the user's own.
+    own_control: Vec<String>,
 }
 
 impl Judge {
@@ -187,7 +195,12 @@ impl Judge {
         let is_known =
             |axis: &&ResponseUncertainty| axis.cost() <= COST || known_from(axis).is_some();
         let known = axes.iter().filter(is_known).map(|axis| axis.stick);
-        Self { grade: Grade::Good, reasons: Vec::new(), known: known.collect() }
+        Self {
+            grade: Grade::Good,
+            reasons: Vec::new(),
+            known: known.collect(),
+            own_control: Vec::new(),
+        }
     }
 
     /// Whether the response to the stick of the parameter `name` is known.
@@ -324,6 +337,30 @@ impl Judge {
         }
     }
 
+    /// Finds the control derivatives that no built-in structure has, and rejects a model on which no stick acts.
+    fn sticks(&mut self, found: &Identification) {
+        let structure = &found.identified.structure;
+        let known: BTreeSet<String> = ModelStructure::all()
+            .flat_map(|known| known.equations.parameters.into_iter().map(|own| own.name))
+            .collect();
+        let mut acts = false;
+        for place in structure.control_derivatives() {
+            let name = &structure.parameters[place].name;
+            let own = found.identified.estimates.get(name);
+            acts |= own.is_some_and(|own| own.value != 0.0);
+            if !known.contains(name) {
+                self.own_control.push(name.clone());
+            }
+        }
+        if !acts {
+            self.say(Grade::DoNotFly, "no stick acts on the model".into());
+        }
+    }
+
+    fn is_control(&self, name: &str) -> bool {
+        CONTROL.contains(&name) || self.own_control.iter().any(|own| own == name)
+    }
+
     fn parameter(&mut self, estimate: &Estimate) {
         let Estimate { name, unit, value, bound, .. } = estimate;
         self.way(estimate);
@@ -332,8 +369,7 @@ impl Judge {
         // The estimated lag of a fast servo may end on its lower limit, zero.
         let is_lag = name.starts_with("lag_");
         if estimate.status == Status::OnBound && !is_lag {
-            let grade =
-                if CONTROL.contains(&name.as_str()) { Grade::DoNotFly } else { Grade::Care };
+            let grade = if self.is_control(name) { Grade::DoNotFly } else { Grade::Care };
             self.say(
                 grade,
                 format!(
@@ -341,7 +377,12 @@ impl Judge {
                     next::steps(next::stick_of(name))
                 ),
             );
-        } else if CONTROL.contains(&name.as_str()) && !is_free {
+        } else if self.is_control(name) && estimate.status == Status::Held && *value != 0.0 {
+            self.say(
+                Grade::Care,
+                format!("{name} was not identified: the structure fixes it at {value:.3} {unit}"),
+            );
+        } else if self.is_control(name) && !is_free {
             self.say(
                 Grade::DoNotFly,
                 format!(
@@ -349,7 +390,7 @@ impl Judge {
                     next::again(next::stick_of(name))
                 ),
             );
-        } else if CONTROL.contains(&name.as_str()) {
+        } else if self.is_control(name) {
             let found = shown(*value, *bound);
             let next = next::repetitions(next::stick_of(name), percent / CONTROL_PERCENT[0]);
             let known = format!("{name} is {found} {unit}, known only to {percent:.0} %. {next}");
@@ -408,7 +449,6 @@ fn shown(value: f64, bound: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::helicopter::model_structure::ModelStructure;
 
     #[test]
     fn no_search_can_end_at_a_rotor_that_turns_the_fuselage_the_wrong_way() {

@@ -29,3 +29,4 @@ mod terms;
 pub use error::StructureError;
 pub use parametrised::Structure;
 pub use terms::Parameter;
+pub(crate) use terms::Term;
