@@ -13,7 +13,7 @@ use hovernav_model::{StateSpace, TimeDomain, shipped};
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{FlightConfig, FlightEvent};
 use hovernav_sysid::helicopter::{
-    FlightRecord, FrequencyDomain, ModelStructure, Velocity, gyro_solutions, identify as fit,
+    FlightRecord, FrequencyDomain, ModelStructure, Velocity, identify as fit, solutions_for,
 };
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -114,8 +114,8 @@ impl Model {
         self.0.outputs().iter().map(|signal| signal.name.clone()).collect()
     }
 
-    /// The model as a `control.StateSpace` of python-control, without the delays and lags of the inputs, which are in
-    /// `parameters`: tau_lat, lag_lat and so on, s.
+    /// The model as a `control.StateSpace` of python-control. The delays and lags of the inputs are not included:
+    /// `parameters` has them, as tau_lat and lag_lat, s.
     ///
     /// Raises
     /// ------
@@ -180,7 +180,7 @@ impl Model {
 ///     A flight with `controls`.
 /// structure : str or path, optional
 ///     Structure of the model: a name, or a TOML file; `hovernav identify --list` prints both. By default "hybrid", or
-///     "multirotor" for a vehicle whose rotors do not flap.
+///     "multirotor" for a vehicle whose rotors do not flap. Without GPS it is "rates".
 /// config : path or dict, optional
 ///     Settings that override those of the log.
 ///
@@ -215,15 +215,18 @@ pub fn identify(
         if dataset.controls.is_empty() {
             return Err(named(&"found no sticks, and identification needs the pilot's inputs"));
         }
-        dataset.check_fitness(&log.path)?;
-        let settings = dataset.settings()?;
-        let solutions = if dataset.fixes.is_empty() {
-            gyro_solutions(&dataset)
+        if dataset.fixes.is_empty() {
+            dataset.ensure_possible(&log.path)?;
         } else {
-            dataset.smooth(&settings, |_| ()).solutions
-        };
+            dataset.check_fitness(&log.path)?;
+        }
+        let settings = dataset.settings()?;
+        let smoothed = dataset.smooth(&settings, |_| ()).solutions;
+        let solutions = solutions_for(&dataset, structure.as_ref(), smoothed);
         if solutions.is_empty() {
-            return Err(named(&"no solution to identify from: the heading was not found"));
+            return Err(named(
+                &"no solution to identify from: alignment found no fix or no heading",
+            ));
         }
         let found =
             fit(&dataset, &solutions, structure, Velocity::Estimated).map_err(|why| named(&why))?;

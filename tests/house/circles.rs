@@ -1,4 +1,4 @@
-//! No two source files import each other, directly or through others.
+//! No two source files import each other, directly or through others, by `use` at the start of a line.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

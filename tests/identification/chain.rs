@@ -53,9 +53,13 @@ fn identified_airframe(
     seed: u64,
 ) -> (Identification, StateSpace) {
     let (dataset, solutions) = flown(helicopter, model, seed);
-    let found =
-        identify(&dataset, &solutions, ModelStructure::built_in("hybrid"), Velocity::Estimated)
-            .unwrap();
+    let found = identify(
+        &dataset,
+        &solutions,
+        ModelStructure::built_in("hybrid").unwrap(),
+        Velocity::Estimated,
+    )
+    .unwrap();
     let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
     let verdict = found.verdict(FrequencyDomain::of(&found, &record).ok().as_ref());
     let vehicle = found.identified.vehicle().unwrap().with_verdict(verdict);
@@ -414,9 +418,13 @@ fn the_collectives_own_steps_tell_its_delay_where_nothing_was_injected() {
         let (mut dataset, solutions) =
             flown(HelicopterParameters::raptor60(), &shipped::raptor60(), seed);
         dataset.injected.clear();
-        let found =
-            identify(&dataset, &solutions, ModelStructure::built_in("heave"), Velocity::Estimated)
-                .unwrap();
+        let found = identify(
+            &dataset,
+            &solutions,
+            ModelStructure::built_in("heave").unwrap(),
+            Velocity::Estimated,
+        )
+        .unwrap();
         let (off_s, bound_s) = lateness(&found.identified, "collective");
         println!("{seed}: {:.1} ms late, bound {:.1}", 1e3 * off_s, 1e3 * bound_s);
         (off_s, off_s / bound_s)
@@ -435,9 +443,13 @@ fn late_sticks_and_a_collective_the_wrong_way_round_are_named() {
     let (mut dataset, solutions) =
         flown(HelicopterParameters::raptor60(), &shipped::raptor60(), 828);
     let verdict = |dataset: &Dataset| {
-        let found =
-            identify(dataset, &solutions, ModelStructure::built_in("hybrid"), Velocity::Estimated)
-                .unwrap();
+        let found = identify(
+            dataset,
+            &solutions,
+            ModelStructure::built_in("hybrid").unwrap(),
+            Velocity::Estimated,
+        )
+        .unwrap();
         found.verdict(None)
     };
     let names = |verdict: &Verdict, what: &str| {

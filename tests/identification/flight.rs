@@ -21,7 +21,8 @@ fn identified(name: &str, velocity: Velocity) -> Identification {
     let mut dataset = Dataset::open(folder()).unwrap();
     let config = dataset.settings().unwrap();
     let solutions = dataset.smooth(&config, |_| ()).solutions;
-    let found = identify(&dataset, &solutions, ModelStructure::built_in(name), velocity).unwrap();
+    let found =
+        identify(&dataset, &solutions, ModelStructure::built_in(name).unwrap(), velocity).unwrap();
     println!("== {name}, {velocity:?} {:?} {:?}", found.warnings, found.tones);
     println!("{:#?}", found.identified.log);
     println!("{} iterations, AIC {:.0}", found.identified.iterations, found.identified.aic);
@@ -174,7 +175,7 @@ fn sticks_recorded_80_ms_early_are_found_80_ms_late() {
         sticks.iter().map(|stick| late(stick)).collect()
     };
     let of = |dataset: &Dataset, name| {
-        let structure = ModelStructure::built_in(name);
+        let structure = ModelStructure::built_in(name).unwrap();
         identify(dataset, &solutions, structure, Velocity::Estimated).unwrap()
     };
     let before = parts.into_iter().flat_map(|(name, sticks)| match name {
@@ -205,9 +206,13 @@ fn what_was_not_recorded_is_skipped_and_reported() {
     let after_s = |time: hovernav::time::Time| time - start;
     dataset.controls.retain(|(time, _)| !(160.0..175.0).contains(&after_s(*time)));
     solutions.retain(|solution| !(200.0..210.0).contains(&after_s(solution.time)));
-    let found =
-        identify(&dataset, &solutions, ModelStructure::built_in("yaw"), Velocity::Estimated)
-            .unwrap();
+    let found = identify(
+        &dataset,
+        &solutions,
+        ModelStructure::built_in("yaw").unwrap(),
+        Velocity::Estimated,
+    )
+    .unwrap();
     println!("{:?}", found.warnings);
     println!("{} s of {} s", found.estimated_s, whole.estimated_s);
     for of in ["sticks", "motion"] {
@@ -231,8 +236,13 @@ fn what_was_not_recorded_is_skipped_and_reported() {
 
     // Sticks on another clock do not overlap the flight. They must not be reported as sticks that never move.
     dataset.controls.iter_mut().for_each(|(time, _)| *time = time.offset_by(1000.0));
-    let told = identify(&dataset, &solutions, ModelStructure::built_in("yaw"), Velocity::Estimated)
-        .map(drop)
-        .unwrap_err();
+    let told = identify(
+        &dataset,
+        &solutions,
+        ModelStructure::built_in("yaw").unwrap(),
+        Velocity::Estimated,
+    )
+    .map(drop)
+    .unwrap_err();
     assert!(told.to_string().contains("do not overlap in time"), "{told}");
 }

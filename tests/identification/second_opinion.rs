@@ -12,8 +12,13 @@ fn identified(name: &str) -> (Identification, FlightRecord) {
     let mut dataset = Dataset::open(dir.as_ref()).unwrap();
     let settings = dataset.settings().unwrap();
     let solutions = dataset.smooth(&settings, |_| ()).solutions;
-    let found = identify(&dataset, &solutions, ModelStructure::built_in(name), Velocity::Estimated)
-        .unwrap();
+    let found = identify(
+        &dataset,
+        &solutions,
+        ModelStructure::built_in(name).unwrap(),
+        Velocity::Estimated,
+    )
+    .unwrap();
     let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
     (found, record)
 }

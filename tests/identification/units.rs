@@ -39,8 +39,13 @@ fn percent_microseconds_and_larger_sticks_give_the_same_vehicle() {
             for (_, sticks) in &mut dataset.controls {
                 *sticks = sticks.map(|stick| zero + scale * stick);
             }
-            identify(&dataset, &solutions, ModelStructure::built_in(name), Velocity::Estimated)
-                .unwrap()
+            identify(
+                &dataset,
+                &solutions,
+                ModelStructure::built_in(name).unwrap(),
+                Velocity::Estimated,
+            )
+            .unwrap()
         };
         let usual = of(1.0, 0.0);
         for (scale, zero) in [(100.0, 0.0), (500.0, 1500.0), (8.0, 0.0), (0.125, 0.0)] {

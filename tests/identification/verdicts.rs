@@ -27,9 +27,13 @@ fn verdict(seed: u64) -> Verdict {
     let (mut dataset, _) = config.fly().unwrap().dataset();
     let settings = dataset.settings().unwrap();
     let solutions = dataset.smooth(&settings, |_| ()).solutions;
-    let found =
-        identify(&dataset, &solutions, ModelStructure::built_in("hybrid"), Velocity::Estimated)
-            .unwrap();
+    let found = identify(
+        &dataset,
+        &solutions,
+        ModelStructure::built_in("hybrid").unwrap(),
+        Velocity::Estimated,
+    )
+    .unwrap();
     let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
     found.verdict(FrequencyDomain::of(&found, &record).ok().as_ref())
 }

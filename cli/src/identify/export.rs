@@ -45,7 +45,7 @@ pub fn write(
     Ok(())
 }
 
-/// One row per stick, output and frequency. Magnitudes are in the output's unit per unit stick: rad/s and m/s².
+/// One row per stick, output and frequency. Magnitudes are in dB of the output's unit, rad/s or m/s², per unit stick.
 fn responses(frequency: &FrequencyDomain) -> String {
     let mut text = "stick,output,frequency_hz,flight_db,flight_deg,coherence,random_error,model_db,model_deg\n".to_owned();
     let measured = &frequency.measured;

@@ -13,8 +13,8 @@ use hovernav_formats::{Log, Options};
 use hovernav_log::{SmoothedRun, sentences};
 use hovernav_model::Grade;
 use hovernav_sysid::helicopter::{
-    FlightRecord, FrequencyDomain, ModelStructure, Velocity, flight_warnings, gyro_solutions,
-    identify,
+    FlightRecord, FrequencyDomain, ModelStructure, Velocity, flight_warnings, identify,
+    solutions_for,
 };
 
 use self::export::ExportFormat;
@@ -75,18 +75,21 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
          needs the pilot's inputs",
         part("controls.csv").display()
     );
+    ensure!(dataset.sample_count() > 0, "{}: found no inertial samples", log.display());
     let config = dataset.settings()?;
     let working = output::Working::on("estimating");
-    let SmoothedRun { forward, mut solutions, denied } = dataset.smooth(&config, |_| ());
+    let SmoothedRun { forward, solutions, denied } = dataset.smooth(&config, |_| ());
     drop(working);
-    if dataset.fixes.is_empty() {
-        ensure!(!arguments.held_gps, "{}: --held-gps needs fixes, and found none", log.display());
-        solutions = gyro_solutions(&dataset);
-    }
+    ensure!(
+        !arguments.held_gps || !solutions.is_empty(),
+        "{}: --held-gps needs GPS and a solution",
+        log.display()
+    );
+    let solutions = solutions_for(&dataset, arguments.model.as_ref(), solutions);
     ensure!(
         !solutions.is_empty(),
         "{}: no solution to identify from: alignment found no fix after {} s of inertial samples, \
-         or found no heading. Rates can be identified without gps.csv",
+         or found no heading. Rates need neither: --model rates",
         log.display(),
         config.alignment.duration_s
     );

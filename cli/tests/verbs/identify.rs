@@ -96,7 +96,7 @@ fn a_quadcopter_is_identified_without_flapping() {
     succeeds(&["identify", text(&log), "--no-report", "--out", text(&out)]);
 
     let summary = summary(&out);
-    assert_eq!(summary["model"], "hover");
+    assert_eq!(summary["model"], "multirotor");
     assert_eq!(summary["verdict"], "good");
     let value = |name: &str| {
         let parameters = summary["parameters"].as_array().expect("a list");
@@ -176,6 +176,18 @@ fn the_file_of_a_built_in_structure_gives_its_model() {
     });
     assert_eq!(values[0], values[1]);
     assert!(refusal(&["identify", "--list", "glider"]).contains("found `glider`"));
+}
+
+#[test]
+fn a_log_without_gps_gives_the_model_of_the_rates() {
+    let dir = flight("identify-no-gps", |part, content| (part != "gps.csv").then_some(content));
+    let out = place("identify-no-gps-out");
+    succeeds(&["identify", text(&dir), "--out", text(&out)]);
+    assert_eq!(summary(&out)["model"], "rates");
+    let message = refusal(&["identify", text(&dir), "--model", "heave", "--out", text(&out)]);
+    assert!(message.contains("Without GPS only models of rates"), "{message}");
+    let message = refusal(&["identify", text(&dir), "--held-gps", "--out", text(&out)]);
+    assert!(message.contains("--held-gps needs GPS"), "{message}");
 }
 
 #[test]

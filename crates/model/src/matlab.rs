@@ -10,8 +10,8 @@ use super::state_space::StateSpace;
 
 impl StateSpace {
     /// A MATLAB script that defines `model`, an `ss` object of the Control System Toolbox with the names and units of
-    /// states, inputs and outputs. Delays of the sticks become its input delays, a delay below 0 becomes 0. `lags_s`
-    /// contains the first-order lag of each input, s.
+    /// states, inputs and outputs. Delays of the sticks become input delays; a negative delay becomes 0. `lags_s` contains
+    /// the first-order lag of each input, s. A collective without a delay of its own has that of the pedal.
     ///
     /// ```
     /// let script = hovernav_model::shipped::open("r50")?.to_matlab();
@@ -51,9 +51,13 @@ impl StateSpace {
 
     /// The parameter `kind` of each input, at least 0, as a column; 0 for an input without one.
     fn of_sticks(&self, kind: &str) -> String {
+        let of = |stick: &str| {
+            let name = format!("{kind}_{stick}");
+            self.parameters().iter().find(|parameter| parameter.name == name)
+        };
         let value = |input: &Signal| {
-            let name = format!("{kind}_{}", input.name.get(..3).unwrap_or(&input.name));
-            let own = self.parameters().iter().find(|parameter| parameter.name == name);
+            let stick = input.name.get(..3).unwrap_or(&input.name);
+            let own = of(stick).or_else(|| of("ped").filter(|_| stick == "col"));
             own.map_or(0.0, |parameter| parameter.value.max(0.0))
         };
         matrix(&DMatrix::from_iterator(self.inputs().len(), 1, self.inputs().iter().map(value)))

@@ -65,7 +65,7 @@ fn a_model_is_identified_from_the_record_of_a_flight_with_test_inputs() {
     let settings = dataset.settings().unwrap();
     let solutions = dataset.smooth(&settings, |_| ()).solutions;
     for name in ["yaw", "heave", "roll-pitch", "hybrid"] {
-        let structure = ModelStructure::built_in(name);
+        let structure = ModelStructure::built_in(name).unwrap();
         let found = identify(&dataset, &solutions, structure, Velocity::Estimated).unwrap();
         let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
         let frequency = FrequencyDomain::of(&found, &flight);

@@ -35,8 +35,8 @@ impl Structure {
         factors.map(|(index, _)| *index).filter(is_own).collect()
     }
 
-    /// The structure with the effect and the delay of `input`, which never moves, fixed at 0. A delay or parameter
-    /// shared with an input that moves stays free.
+    /// The structure with the effect and the delay of `input`, which never moves, fixed at 0. A delay
+    /// shared with an input that moves stays free, and so does a parameter with another signal.
     pub(super) fn with_still(mut self, input: &str) -> Self {
         let Some(input) = self.inputs.iter().position(|own| own == input) else { return self };
         let delay = self.delays[input].take().filter(|own| !self.delays.contains(&Some(*own)));
@@ -97,7 +97,16 @@ impl Structure {
         with
     }
 
-    /// Parameters that multiply a stick of the pilot, as indices.
+    /// Whether a stick of the pilot acts on a state at the parameters `theta`.
+    pub(super) fn sticks_act(&self, theta: &[f64]) -> bool {
+        let first = self.states.len();
+        self.dynamics.iter().any(|term| {
+            let input = term.column.checked_sub(first).and_then(|input| self.inputs.get(input));
+            input.is_some_and(|input| STICKS.contains(&input.as_str())) && term.value(theta) != 0.0
+        })
+    }
+
+    /// Indices of the parameters that multiply one stick and nothing else.
     pub(super) fn control_derivatives(&self) -> BTreeSet<usize> {
         let sticks =
             self.inputs.iter().enumerate().filter(|(_, input)| STICKS.contains(&&***input));

@@ -1,9 +1,26 @@
 //! Motion from the gyros alone, of a log without GPS: on a test stand or indoors.
 
+use super::model_structure::ModelStructure;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::imu::ImuSample;
 use hovernav_log::Dataset;
+
+/// The `smoothed` solutions of a log, or those of its gyros where there are no fixes, or where no heading was found and
+/// `structure` has rates alone.
+#[must_use]
+pub fn solutions_for(
+    dataset: &Dataset,
+    structure: Option<&ModelStructure>,
+    smoothed: Vec<Solution>,
+) -> Vec<Solution> {
+    let has_rates_alone = structure.is_some_and(ModelStructure::has_rates_alone);
+    if dataset.fixes.is_empty() || (smoothed.is_empty() && has_rates_alone) {
+        gyro_solutions(dataset)
+    } else {
+        smoothed
+    }
+}
 
 /// Solutions at rest with the angular rates of the gyros, for models of p, q and r. A gyro's bias is an offset of the
 /// model.

@@ -58,7 +58,8 @@ pub struct Identification {
 
 /// Identifies a model of `structure` from a flight. Without a structure it is `hybrid`, or `multirotor` for a vehicle
 /// whose rotors do not flap: the rotor's time constant is then on its limit, and Akaike's criterion prefers the model
-/// without flapping. Without fixes it is `rates`, and `solutions` are [`gyro_solutions`](super::gyro_solutions).
+/// without flapping. Without fixes it is `rates`; pass [`gyro_solutions`](super::gyro_solutions) as
+/// `solutions`.
 ///
 /// The model is identified from all flight near a hover except the validation data. The last repetition on each stick
 /// with at least two is held back; for a flight without test points, every fourth piece of 10 s is. The validation data
@@ -77,8 +78,7 @@ pub fn identify(
     let (is_requested, has_fixes) = (requested.is_some(), !dataset.fixes.is_empty());
     let usual = if has_fixes { "hybrid" } else { "rates" };
     let mut model = requested.unwrap_or_else(|| built_in(usual));
-    let is_rate = |output: &String| ["p", "q", "r"].contains(&output.as_str());
-    if !has_fixes && !model.equations.outputs.iter().all(is_rate) {
+    if !has_fixes && !model.has_rates_alone() {
         return Err(IdentifyError::NoFix { model: model.name().to_owned() });
     }
     let flown = FlightRecord::new(dataset, solutions, velocity)?;

@@ -36,7 +36,7 @@ pub use error::IdentifyError;
 pub use flight::{FlightRecord, MOTION, Velocity};
 pub use frequency_domain::FrequencyDomain;
 pub use gaps::Gap;
-pub use gyros_alone::gyro_solutions;
+pub use gyros_alone::{gyro_solutions, solutions_for};
 pub use identify::{Identification, identify};
 pub use measured::Basis;
 pub use model_structure::ModelStructure;

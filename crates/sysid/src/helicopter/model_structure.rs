@@ -17,9 +17,10 @@
 //! section 4.3.3; Mettler, Tischler and Kanade (2002), *J. AHS* 47(1), table 2; Gavrilets, Mettler and Feron (2003), MIT
 //! LIDS P-2580.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::str::FromStr;
+use std::sync::LazyLock;
 
 use super::structure_file::{BUILT_IN, File, ModelStructureError, Start, built_in_text, content};
 use super::velocity_error::{SlowError, VelocityError};
@@ -50,8 +51,8 @@ pub struct ModelStructure {
     output_noises: BTreeMap<String, f64>,
     /// Outputs with an error of the estimator in the equations.
     with_error: Vec<String>,
-    /// Travel of a stick to one side, as a fraction of full travel, for which initial values and limits of control
-    /// derivatives are written. They are scaled by the travel in the flight; `None` for numbers in its unit.
+    /// Range of a stick in the flight, as a fraction of full travel to one side, for which initial values and limits of
+    /// control derivatives are written. They are scaled by the travel in the flight; `None` for numbers in its unit.
     pub(super) stick_travel: Option<f64>,
 }
 
@@ -122,9 +123,13 @@ impl ModelStructure {
             for parameter in &mut part.parameters {
                 if let Some(own) = own.iter().find(|own| own.name == parameter.name) {
                     *parameter = own.clone();
+                    for start in &mut part.starts {
+                        start.values.remove(&own.name);
+                    }
                 }
             }
             file.join(part);
+            file.check_names().map_err(|reason| content(path, reason))?;
             parts.push(Self::of_file(part.clone(), &name, path)?);
         }
         let new = own
@@ -149,13 +154,25 @@ impl ModelStructure {
         })
     }
 
-    /// The only stick of a part with one delay, and the name of the delay.
+    /// Main stick and delay of a part with one delay: the last input that has it.
     pub(super) fn own_delay(&self) -> Option<(&str, &str)> {
-        let mut delays = self.equations.delays.iter().flatten();
-        let first = delays.next()?;
-        let stick = self.equations.inputs_of_pilot().last()?;
-        let name = &self.equations.parameters[*first].name;
-        delays.all(|other| other == first).then_some((stick, name))
+        let equations = &self.equations;
+        let delays = equations.inputs.iter().zip(&equations.delays);
+        let mut delays = delays.filter_map(|(input, delay)| Some((input.as_str(), (*delay)?)));
+        let (mut stick, first) = delays.next()?;
+        for (input, delay) in delays {
+            if delay != first {
+                return None;
+            }
+            stick = input;
+        }
+        Some((stick, &equations.parameters[first].name))
+    }
+
+    /// Whether all outputs are angular rates. Such a model can be identified without GPS.
+    #[must_use]
+    pub fn has_rates_alone(&self) -> bool {
+        self.equations.outputs.iter().all(|output| ["p", "q", "r"].contains(&output.as_str()))
     }
 
     /// Initial σ of each process noise. Gusts and unmodelled dynamics are accelerations per sample of `period_s`; the
@@ -196,6 +213,15 @@ impl ModelStructure {
 /// The built-in structure `name`.
 pub(super) fn built_in(name: &str) -> ModelStructure {
     name.parse().unwrap_or_else(|error| unreachable!("it is part of the program: {error}"))
+}
+
+/// Whether a built-in structure has the parameter `name`.
+pub(super) fn is_known(name: &str) -> bool {
+    static KNOWN: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
+        let all = ModelStructure::all().flat_map(|known| known.equations.parameters);
+        all.map(|own| own.name).collect()
+    });
+    KNOWN.contains(name)
 }
 
 /// Upper limits of process noises, by name: σ as an acceleration per sample of `period_s`. The error of the vertical

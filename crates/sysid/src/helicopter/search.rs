@@ -24,7 +24,7 @@ pub(super) struct Search<'a> {
     /// Inputs that never move.
     pub still: &'a [String],
     pub period_s: f64,
-    /// Largest travel of each stick to one side, in its unit.
+    /// Range of each stick in the flight, in its unit.
     pub travels: [f64; 4],
 }
 
@@ -151,7 +151,7 @@ impl Search<'_> {
         const EARLIEST_S: f64 = -0.3;
         let of = |stick: &str| parts.iter().find(|part| is_of(part, stick));
         let part = of("pedal").filter(|_| !self.is_still("pedal")).or_else(|| of("collective"))?;
-        let (_, name) = part.structure.own_delay()?;
+        let (stick, name) = part.structure.own_delay()?;
         let mut free = part.identified.clone();
         let place = free.structure.parameter(name)?;
         let limit_s = free.structure.parameters[place].lower;
@@ -168,7 +168,10 @@ impl Search<'_> {
         });
         let best = tried.min_by(|one, other| one.aic.total_cmp(&other.aic))?;
         let late = |name: &str| best.estimates.get(name).map_or(0.0, |own| own.value);
-        let late_s = late(name) + late(&name.replace("tau", "lag"));
+        let equations = &best.structure;
+        let place = equations.inputs.iter().position(|own| own == stick);
+        let lag = place.and_then(|input| equations.lags[input]);
+        let late_s = late(name) + lag.map_or(0.0, |lag| late(&equations.parameters[lag].name));
         (late_s < limit_s).then_some(-late_s)
     }
 

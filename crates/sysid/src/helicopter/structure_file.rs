@@ -17,7 +17,7 @@ use crate::record::STICKS;
 #[non_exhaustive]
 pub enum ModelStructureError {
     /// Neither a built-in structure nor a TOML file.
-    #[error("found `{text}`, expected a TOML file or one of {}", names())]
+    #[error("found no file `{text}`, expected a TOML file or one of {}", names())]
     Unknown {
         /// The text.
         text: String,
@@ -25,7 +25,7 @@ pub enum ModelStructureError {
     /// The file is unreadable or not TOML, or a value has the wrong kind.
     #[error(transparent)]
     Toml(#[from] TomlError),
-    /// An unknown key, a missing value or an unknown part.
+    /// A key, name, number or part that is not permitted.
     #[error("{}: {reason}", path.display())]
     Content {
         /// The file.
@@ -34,7 +34,7 @@ pub enum ModelStructureError {
         reason: String,
     },
     /// The equations are invalid. Lines are counted over `equations`, `disturbances` and `errors` together.
-    #[error("{}: {source}", path.display())]
+    #[error("{}, lines counted over the equations: {source}", path.display())]
     Equations {
         /// The file.
         path: PathBuf,
@@ -226,26 +226,54 @@ impl File {
             names.into_iter().find(|name| !seen.insert(*name))
         }
         let lines = || [&self.equations, &self.disturbances, &self.errors].into_iter().flatten();
-        if !self.parts.is_empty()
-            && (lines().next().is_some() || !self.noises.is_empty() || !self.starts.is_empty())
-        {
-            return Err("found `parts` with equations, noises or starts, expected only `summary` and `parameters` beside `parts`".into());
+        let lists = [&self.inputs, &self.outputs, &self.offsets];
+        let maps = [&self.delays, &self.lags];
+        let sigmas = [&self.noises, &self.output_noises];
+        let has_others = lines().next().is_some()
+            || lists.iter().any(|list| !list.is_empty())
+            || maps.iter().any(|map| !map.is_empty())
+            || sigmas.iter().any(|map| !map.is_empty())
+            || !self.starts.is_empty()
+            || self.stick_travel.is_some();
+        if !self.parts.is_empty() && has_others {
+            return Err(
+                "found `parts` and other keys, expected only `summary` and `parameters` with it"
+                    .into(),
+            );
+        }
+        if self.stick_travel.is_some_and(|own| !(0.0..=1.0).contains(&own) || own == 0.0) {
+            return Err("stick_travel: expected a number above 0 and at most 1".into());
         }
         let parameters = || self.parameters.iter().map(|row| row.name.as_str());
         let states = lines().filter_map(|line| line.split_once('=')).map(|(left, _)| left.trim());
-        let lists = [&self.parts, &self.inputs, &self.outputs, &self.offsets];
-        let mut repeated = lists.into_iter().map(|list| twice(list.iter().map(String::as_str)));
+        let mut repeated = [&self.parts].into_iter().chain(lists);
+        let mut repeated = repeated.by_ref().map(|list| twice(list.iter().map(String::as_str)));
         if let Some(name) =
             twice(parameters()).or_else(|| twice(states)).or_else(|| repeated.find_map(|name| name))
         {
             return Err(format!("found `{name}` twice"));
         }
+        let states = || lines().filter_map(|line| line.split_once('\'')).map(|(own, _)| own.trim());
+        let inputs = || self.inputs.iter().map(String::as_str);
+        if let Some(name) = states().find(|name| inputs().any(|own| own == *name)) {
+            return Err(format!("found the input `{name}`, expected a name that no state has"));
+        }
+        let is_signal =
+            |name: &str| name.starts_with("n_") || states().chain(inputs()).any(|own| own == name);
+        if let Some(name) = parameters().find(|name| is_signal(name)) {
+            return Err(format!(
+                "found the parameter `{name}`, expected a name that no signal has"
+            ));
+        }
         let is_name = |name: &str| {
             name.starts_with(|c: char| c.is_alphabetic())
                 && name.chars().all(|c| c.is_alphanumeric() || c == '_')
+                && name.parse::<f64>().is_err()
         };
-        let all = lists[1..].iter().flat_map(|list| list.iter().map(String::as_str));
-        if let Some(name) = all.chain(parameters()).find(|name| !is_name(name)) {
+        let all = lists.iter().flat_map(|list| list.iter().map(String::as_str));
+        let late = maps.iter().flat_map(|map| map.iter());
+        let late = late.flat_map(|(input, name)| [input.as_str(), name.as_str()]);
+        if let Some(name) = all.chain(late).chain(parameters()).find(|name| !is_name(name)) {
             return Err(format!("found the name `{name}`, expected letters, digits and `_`"));
         }
         if let Some(line) = lines().find(|line| !line.contains('=') || line.contains('\n')) {
@@ -259,7 +287,7 @@ impl File {
         Ok(())
     }
 
-    /// Adds the equations of `part`. An input that is a state of another part is none of the whole.
+    /// Adds the equations of `part`. An output of another part is not an input of the whole.
     pub fn join(&mut self, part: &Self) {
         fn add<T: Clone + PartialEq>(to: &mut Vec<T>, new: &[T]) {
             for one in new {
@@ -279,7 +307,10 @@ impl File {
         inputs.retain(|input| !outputs.contains(input));
         for (to, new) in [(&mut self.delays, &part.delays), (&mut self.lags, &part.lags)] {
             for (input, name) in new {
-                to.entry(input.clone()).or_insert_with(|| name.clone());
+                // The part with one stick alone knows its delay best.
+                if new.len() == 1 || !to.contains_key(input) {
+                    to.insert(input.clone(), name.clone());
+                }
             }
         }
         for (to, new) in

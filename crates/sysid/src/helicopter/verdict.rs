@@ -1,12 +1,10 @@
 //! Suitability of the identified model for flight control design, with the reasons.
 
-use std::collections::BTreeSet;
-
 use hovernav_model::{DerivativeRole, Grade, KnownSign, Verdict};
 
 use super::frequency_domain::FrequencyDomain;
 use super::identify::Identification;
-use super::model_structure::ModelStructure;
+use super::model_structure::is_known;
 use super::next;
 use super::uncertainty::{COST, ResponseUncertainty};
 use crate::methods::prediction_error::{ChannelFit, Estimate, Fit, Status};
@@ -340,19 +338,10 @@ impl Judge {
     /// Finds the control derivatives that no built-in structure has, and rejects a model on which no stick acts.
     fn sticks(&mut self, found: &Identification) {
         let structure = &found.identified.structure;
-        let known: BTreeSet<String> = ModelStructure::all()
-            .flat_map(|known| known.equations.parameters.into_iter().map(|own| own.name))
-            .collect();
-        let mut acts = false;
-        for place in structure.control_derivatives() {
-            let name = &structure.parameters[place].name;
-            let own = found.identified.estimates.get(name);
-            acts |= own.is_some_and(|own| own.value != 0.0);
-            if !known.contains(name) {
-                self.own_control.push(name.clone());
-            }
-        }
-        if !acts {
+        let names = structure.control_derivatives().into_iter();
+        let names = names.map(|place| &structure.parameters[place].name);
+        self.own_control.extend(names.filter(|name| !is_known(name)).cloned());
+        if !structure.sticks_act(&found.identified.values()) {
             self.say(Grade::DoNotFly, "no stick acts on the model".into());
         }
     }
@@ -380,7 +369,16 @@ impl Judge {
         } else if self.is_control(name) && estimate.status == Status::Held && *value != 0.0 {
             self.say(
                 Grade::Care,
-                format!("{name} was not identified: the structure fixes it at {value:.3} {unit}"),
+                format!("{name} was not identified: it keeps its initial value, {value:.3} {unit}"),
+            );
+        } else if self.is_control(name)
+            && estimate.status == Status::Dropped
+            && !CONTROL.contains(&name.as_str())
+        {
+            let next = next::steps(next::stick_of(name));
+            self.say(
+                Grade::Care,
+                format!("{name} was dropped: this flight does not show its effect. {next}"),
             );
         } else if self.is_control(name) && !is_free {
             self.say(
@@ -449,6 +447,7 @@ fn shown(value: f64, bound: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::helicopter::model_structure::ModelStructure;
 
     #[test]
     fn no_search_can_end_at_a_rotor_that_turns_the_fuselage_the_wrong_way() {
