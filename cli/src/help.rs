@@ -35,6 +35,8 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("completions bash", "a script for the shell"),
     ("man DIR", "manual pages"),
     ("identify LOG", "the vehicle's model, with a verdict"),
+    ("identify LOG --export csv,matlab", "also its frequency responses and a MATLAB script"),
+    ("identify --list", "the structures of models; --list NAME: the file of one"),
     ("design MODEL", "an autopilot with its margins; MODEL also raptor60, thesis, r50"),
     ("simulate --seed 7", "a flight: helicopter, wind, sensors, estimator, servos"),
     ("simulate --test-points", "steps of the sticks, for identify"),
