@@ -31,8 +31,8 @@ fn files(src: &Path) -> BTreeMap<PathBuf, File> {
                 let module = if is_face { module.clone() } else { inner };
                 let text = std::fs::read_to_string(&path).unwrap();
                 let text = text.split("#[cfg(test)]\nmod ").next().unwrap();
-                let imports = text.split('\n').collect::<Vec<_>>();
-                files.insert(path, File { imports: imported(&imports, &module), module });
+                let lines: Vec<&str> = text.lines().collect();
+                files.insert(path, File { imports: imported(&lines, &module), module });
             }
         }
     }
@@ -131,7 +131,7 @@ fn no_file_imports_itself_through_others() {
             left.insert(path, targets.filter(|target| *target != path).collect());
         }
         imports += left.values().map(BTreeSet::len).sum::<usize>();
-        // What imports nothing that is left, or is imported by nothing that is left, is in no circle.
+        // Removes files without imports, and files without an importer, until only circles are left.
         let count = |left: &BTreeMap<&PathBuf, BTreeSet<&PathBuf>>| {
             left.values().map(BTreeSet::len).sum::<usize>()
         };

@@ -18,10 +18,10 @@ use hovernav_log::Dataset;
 use hovernav_model::helicopter::{Helicopter, HelicopterParameters, RotorDrive};
 use hovernav_model::{Grade, Signal, StateSpace, TimeDomain, Verdict, shipped};
 use hovernav_sim::{EngineConfig, Feedback, FlightConfig, FlightEvent, WindConfig};
-use hovernav_sysid::helicopter::{
-    FlightRecord, FrequencyDomain, Identification, ModelStructure, Velocity, identify,
-};
+use hovernav_sysid::helicopter::Identification;
 use hovernav_sysid::methods::prediction_error::Identified;
+
+use crate::data;
 
 /// Stick and the output that responds to it.
 const PAIRS: [(&str, &str); 4] =
@@ -53,15 +53,7 @@ fn identified_airframe(
     seed: u64,
 ) -> (Identification, StateSpace) {
     let (dataset, solutions) = flown(helicopter, model, seed);
-    let found = identify(
-        &dataset,
-        &solutions,
-        ModelStructure::built_in("hybrid").unwrap(),
-        Velocity::Estimated,
-    )
-    .unwrap();
-    let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
-    let verdict = found.verdict(FrequencyDomain::of(&found, &record).ok().as_ref());
+    let (found, verdict) = data::judged(&dataset, &solutions);
     let vehicle = found.identified.vehicle().unwrap().with_verdict(verdict);
     (found, vehicle)
 }
@@ -418,13 +410,7 @@ fn the_collectives_own_steps_tell_its_delay_where_nothing_was_injected() {
         let (mut dataset, solutions) =
             flown(HelicopterParameters::raptor60(), &shipped::raptor60(), seed);
         dataset.injected.clear();
-        let found = identify(
-            &dataset,
-            &solutions,
-            ModelStructure::built_in("heave").unwrap(),
-            Velocity::Estimated,
-        )
-        .unwrap();
+        let found = data::identified(&dataset, &solutions, "heave");
         let (off_s, bound_s) = lateness(&found.identified, "collective");
         println!("{seed}: {:.1} ms late, bound {:.1}", 1e3 * off_s, 1e3 * bound_s);
         (off_s, off_s / bound_s)
@@ -443,13 +429,7 @@ fn late_sticks_and_a_collective_the_wrong_way_round_are_named() {
     let (mut dataset, solutions) =
         flown(HelicopterParameters::raptor60(), &shipped::raptor60(), 828);
     let verdict = |dataset: &Dataset| {
-        let found = identify(
-            dataset,
-            &solutions,
-            ModelStructure::built_in("hybrid").unwrap(),
-            Velocity::Estimated,
-        )
-        .unwrap();
+        let found = data::identified(dataset, &solutions, "hybrid");
         found.verdict(None)
     };
     let names = |verdict: &Verdict, what: &str| {

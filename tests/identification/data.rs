@@ -1,10 +1,40 @@
-//! Recorded experiments shared by the identification tests.
+//! Recorded flights and experiments shared by the identification tests.
 
 use std::fs;
+use std::path::Path;
 
+use hovernav::ekf::Solution;
+use hovernav_log::Dataset;
+use hovernav_model::Verdict;
+use hovernav_sysid::helicopter::{
+    FlightRecord, FrequencyDomain, Identification, ModelStructure, Velocity, identify,
+};
 use hovernav_sysid::record::Experiment;
 use hovernav_testing::shared;
 use nalgebra::DMatrix;
+
+/// The flight included in every checkout, with its smoothed solutions.
+pub fn flown() -> (Dataset, Vec<Solution>) {
+    let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
+    let mut dataset = Dataset::open(dir).unwrap();
+    let settings = dataset.settings().unwrap();
+    let solutions = dataset.smooth(&settings, |_| ()).solutions;
+    (dataset, solutions)
+}
+
+/// The identification of a flight with the built-in structure `name`.
+pub fn identified(dataset: &Dataset, solutions: &[Solution], name: &str) -> Identification {
+    let structure = ModelStructure::built_in(name).unwrap();
+    identify(dataset, solutions, structure, Velocity::Estimated).unwrap()
+}
+
+/// The hybrid model of a flight, with its verdict.
+pub fn judged(dataset: &Dataset, solutions: &[Solution]) -> (Identification, Verdict) {
+    let found = identified(dataset, solutions, "hybrid");
+    let record = FlightRecord::new(dataset, solutions, Velocity::Estimated).unwrap();
+    let verdict = found.verdict(FrequencyDomain::of(&found, &record).ok().as_ref());
+    (found, verdict)
+}
 
 /// The record `name` of the shared identification sets, its first `inputs` columns the inputs.
 pub fn recorded(name: &str, inputs: usize, period_s: f64) -> Option<Experiment> {

@@ -6,21 +6,20 @@ use std::sync::LazyLock;
 
 use approx::assert_abs_diff_eq;
 use hovernav_log::Dataset;
-use hovernav_sysid::helicopter::ModelStructure;
 use hovernav_sysid::helicopter::{
-    FlightRecord, Identification, Velocity, flight_warnings, identify,
+    FlightRecord, Identification, ModelStructure, Velocity, flight_warnings, identify,
 };
 use hovernav_sysid::methods::prediction_error::{Estimates, Fit};
 use hovernav_sysid::record::{STICKS, find_test_points, stepped};
+
+use crate::data;
 
 fn folder() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"))
 }
 
 fn identified(name: &str, velocity: Velocity) -> Identification {
-    let mut dataset = Dataset::open(folder()).unwrap();
-    let config = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&config, |_| ()).solutions;
+    let (dataset, solutions) = data::flown();
     let found =
         identify(&dataset, &solutions, ModelStructure::built_in(name).unwrap(), velocity).unwrap();
     println!("== {name}, {velocity:?} {:?} {:?}", found.warnings, found.tones);
@@ -161,9 +160,7 @@ fn held_gps_velocity_loses_what_the_estimators_keeps() {
 
 #[test]
 fn sticks_recorded_80_ms_early_are_found_80_ms_late() {
-    let mut dataset = Dataset::open(folder()).unwrap();
-    let config = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&config, |_| ()).solutions;
+    let (mut dataset, solutions) = data::flown();
     let parts: [(&str, &[&str]); 3] = [
         ("yaw", &["pedal"]),
         ("heave", &["collective"]),
@@ -198,21 +195,13 @@ fn sticks_recorded_80_ms_early_are_found_80_ms_late() {
 
 #[test]
 fn what_was_not_recorded_is_skipped_and_reported() {
-    let mut dataset = Dataset::open(folder()).unwrap();
-    let config = dataset.settings().unwrap();
-    let mut solutions = dataset.smooth(&config, |_| ()).solutions;
+    let (mut dataset, mut solutions) = data::flown();
     let whole = &*YAW;
     let start = solutions[0].time;
     let after_s = |time: hovernav::time::Time| time - start;
     dataset.controls.retain(|(time, _)| !(160.0..175.0).contains(&after_s(*time)));
     solutions.retain(|solution| !(200.0..210.0).contains(&after_s(solution.time)));
-    let found = identify(
-        &dataset,
-        &solutions,
-        ModelStructure::built_in("yaw").unwrap(),
-        Velocity::Estimated,
-    )
-    .unwrap();
+    let found = data::identified(&dataset, &solutions, "yaw");
     println!("{:?}", found.warnings);
     println!("{} s of {} s", found.estimated_s, whole.estimated_s);
     for of in ["sticks", "motion"] {

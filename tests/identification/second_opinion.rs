@@ -1,24 +1,14 @@
 //! The second opinion of the frequency domain: agrees with right parameters, and reports wrong ones.
 
-use hovernav_log::Dataset;
 use hovernav_model::Grade;
-use hovernav_sysid::helicopter::{
-    Basis, FlightRecord, FrequencyDomain, Identification, ModelStructure, Velocity, identify,
-};
+use hovernav_sysid::helicopter::{Basis, FlightRecord, FrequencyDomain, Identification, Velocity};
+
+use crate::data;
 
 /// The flight included in every checkout, identified with the structure `name`.
 fn identified(name: &str) -> (Identification, FlightRecord) {
-    let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover");
-    let mut dataset = Dataset::open(dir.as_ref()).unwrap();
-    let settings = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&settings, |_| ()).solutions;
-    let found = identify(
-        &dataset,
-        &solutions,
-        ModelStructure::built_in(name).unwrap(),
-        Velocity::Estimated,
-    )
-    .unwrap();
+    let (dataset, solutions) = data::flown();
+    let found = data::identified(&dataset, &solutions, name);
     let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
     (found, record)
 }

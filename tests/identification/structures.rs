@@ -1,4 +1,4 @@
-//! Structures of models in files: the built-in ones, one of a user, and files that are none.
+//! Structures of models in files: built-in structures, a user's own structure, and invalid files.
 
 use std::path::Path;
 
@@ -10,6 +10,8 @@ use hovernav_sysid::helicopter::{
     identify,
 };
 use hovernav_sysid::methods::prediction_error::{Estimate, Status};
+
+use crate::data::{flown, identified};
 
 fn of_text(text: &str) -> Result<ModelStructure, String> {
     let dir = tempfile::tempdir().unwrap();
@@ -44,10 +46,7 @@ fn a_model_of_parts_has_their_equations_and_its_own_parameters() {
 
 #[test]
 fn a_structure_in_a_file_is_identified_like_a_built_in_one() {
-    let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
-    let mut dataset = Dataset::open(dir).unwrap();
-    let settings = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&settings, |_| ()).solutions;
+    let (dataset, solutions) = flown();
     let mine = of_text(
         "summary = \"yaw rate from the pedal alone\"\n\
          inputs = [\"pedal\"]\n\
@@ -141,10 +140,7 @@ fn a_model_of_angles_has_no_frequency_domain() {
     let angle = "summary = \"\"\ninputs = [\"longitudinal\"]\noutputs = [\"theta\"]\n\
                  equations = [\"theta' = K*longitudinal + L*theta + n_t\"]\nnoises = { n_t = 0.1 }\n\
                  parameters = [{ name = \"K\", start = -1.0 }, { name = \"L\", start = -0.5, range = [-9.0, 0.0] }]\n";
-    let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
-    let mut dataset = Dataset::open(dir).unwrap();
-    let settings = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&settings, |_| ()).solutions;
+    let (dataset, solutions) = flown();
     let structure = of_text(angle).unwrap();
     let found = identify(&dataset, &solutions, structure, Velocity::Estimated).unwrap();
     let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
@@ -154,14 +150,8 @@ fn a_model_of_angles_has_no_frequency_domain() {
 
 #[test]
 fn the_gyros_of_a_log_without_gps_give_the_model_of_the_rates() {
-    let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
-    let mut dataset = Dataset::open(dir).unwrap();
-    let settings = dataset.settings().unwrap();
-    let with_gps = dataset.smooth(&settings, |_| ()).solutions;
-    let of = |dataset: &Dataset, solutions: &[_], name| {
-        identify(dataset, solutions, ModelStructure::built_in(name).unwrap(), Velocity::Estimated)
-    };
-    let known = of(&dataset, &with_gps, "yaw").unwrap().identified;
+    let (mut dataset, with_gps) = flown();
+    let known = identified(&dataset, &with_gps, "yaw").identified;
     dataset.fixes.clear();
     let alone = gyro_solutions(&dataset);
     let own = identify(&dataset, &alone, None, Velocity::Estimated).unwrap().identified;
@@ -170,7 +160,8 @@ fn the_gyros_of_a_log_without_gps_give_the_model_of_the_rates() {
         let (own, known) = (own.estimates.get(name).unwrap(), known.estimates.get(name).unwrap());
         assert!((own.value - known.value).abs() < known.bound, "{name}: {own:?}, {known:?}");
     }
-    let refused = of(&dataset, &alone, "heave").map(drop).unwrap_err();
+    let heave = ModelStructure::built_in("heave").unwrap();
+    let refused = identify(&dataset, &alone, heave, Velocity::Estimated).map(drop).unwrap_err();
     assert_eq!(refused, IdentifyError::NoFix { model: "heave".into() });
 }
 

@@ -1,21 +1,13 @@
 //! The unit of the sticks changes no result: fractions of full travel, percent, microseconds, or anything else.
 
-use hovernav::ekf::Solution;
-use hovernav_log::Dataset;
-use hovernav_sysid::helicopter::{Identification, ModelStructure, Velocity, identify};
+use hovernav_sysid::helicopter::Identification;
+
+use crate::data::{flown, identified};
 
 /// Derivatives by a stick; the other parameters do not have its unit.
 const BY_STICK: [&str; 3] = ["Nped", "Ncol", "Zcol"];
 /// Largest change of a parameter, as a fraction of its value or of its bound.
 const SAME: f64 = 0.01;
-
-fn flown() -> (Dataset, Vec<Solution>) {
-    let dir = concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover");
-    let mut dataset = Dataset::open(dir.as_ref()).unwrap();
-    let settings = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&settings, |_| ()).solutions;
-    (dataset, solutions)
-}
 
 /// `found` with sticks of `scale` per full travel agrees with `usual`.
 fn assert_same(usual: &Identification, found: &Identification, scale: f64) {
@@ -39,13 +31,7 @@ fn percent_microseconds_and_larger_sticks_give_the_same_vehicle() {
             for (_, sticks) in &mut dataset.controls {
                 *sticks = sticks.map(|stick| zero + scale * stick);
             }
-            identify(
-                &dataset,
-                &solutions,
-                ModelStructure::built_in(name).unwrap(),
-                Velocity::Estimated,
-            )
-            .unwrap()
+            identified(&dataset, &solutions, name)
         };
         let usual = of(1.0, 0.0);
         for (scale, zero) in [(100.0, 0.0), (500.0, 1500.0), (8.0, 0.0), (0.125, 0.0)] {

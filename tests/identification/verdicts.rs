@@ -7,9 +7,8 @@ use hovernav::autopilot::HoverConfig;
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::{Grade, Verdict, shipped};
 use hovernav_sim::{Feedback, FlightConfig, FlightEvent, WindConfig};
-use hovernav_sysid::helicopter::{
-    FlightRecord, FrequencyDomain, ModelStructure, Velocity, identify,
-};
+
+use crate::data;
 
 /// Verdict on the test points of `hovernav simulate --test-points --wind 1,135,0.3 --seed SEED`.
 fn verdict(seed: u64) -> Verdict {
@@ -27,15 +26,7 @@ fn verdict(seed: u64) -> Verdict {
     let (mut dataset, _) = config.fly().unwrap().dataset();
     let settings = dataset.settings().unwrap();
     let solutions = dataset.smooth(&settings, |_| ()).solutions;
-    let found = identify(
-        &dataset,
-        &solutions,
-        ModelStructure::built_in("hybrid").unwrap(),
-        Velocity::Estimated,
-    )
-    .unwrap();
-    let record = FlightRecord::new(&dataset, &solutions, Velocity::Estimated).unwrap();
-    found.verdict(FrequencyDomain::of(&found, &record).ok().as_ref())
+    data::judged(&dataset, &solutions).1
 }
 
 #[test]

@@ -28,20 +28,15 @@ pub fn write(
     frequency: Option<&FrequencyDomain>,
     out: &Path,
 ) -> anyhow::Result<()> {
-    let mut stale = vec![RESPONSES, SCRIPT];
-    let mut file = |name, text: String| {
-        stale.retain(|own| *own != name);
-        output::write(&out.join(name), text)
-    };
-    if asked.contains(&ExportFormat::Matlab) {
-        file(SCRIPT, vehicle.to_matlab())?;
+    let is_asked = |format| asked.contains(&format);
+    let script = is_asked(ExportFormat::Matlab).then(|| vehicle.to_matlab());
+    let table = frequency.filter(|_| is_asked(ExportFormat::Csv)).map(responses);
+    for (name, text) in [(SCRIPT, script), (RESPONSES, table)] {
+        match text {
+            Some(text) => output::write(&out.join(name), text)?,
+            None => output::remove_stale(out, [name]),
+        }
     }
-    if asked.contains(&ExportFormat::Csv)
-        && let Some(frequency) = frequency
-    {
-        file(RESPONSES, responses(frequency))?;
-    }
-    output::remove_stale(out, stale);
     Ok(())
 }
 

@@ -158,9 +158,8 @@ pub fn identify(
     let travels = travels(&dataset.controls);
     let is_zero =
         |input: &&String| record.experiment.signal(input).is_ok_and(|signal| signal.amax() == 0.0);
-    still.extend(model.equations.inputs.iter().filter(is_zero).cloned());
-    still.sort_unstable();
-    still.dedup();
+    let others = model.equations.inputs.iter().filter(|input| !STICKS.contains(&input.as_str()));
+    still.extend(others.filter(is_zero).cloned());
     let search = Search { stretches: &stretches, error: &error, still: &still, period_s, travels };
     let mut parts = search.parts(&model)?;
     if !is_requested {

@@ -70,8 +70,8 @@ impl FromStr for ModelStructure {
 
     /// The built-in structure of this name, or the structure in this file.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        if let Some(file) = File::built_in(text) {
-            return Self::of_file(file, text, Path::new(text));
+        if let Some(own) = Self::built_in(text) {
+            return Ok(own);
         }
         let path = Path::new(text);
         if !path.is_file() {
@@ -129,9 +129,9 @@ impl ModelStructure {
                 }
             }
             file.join(part);
-            file.check_names().map_err(|reason| content(path, reason))?;
             parts.push(Self::of_file(part.clone(), &name, path)?);
         }
+        file.check_names().map_err(|reason| content(path, reason))?;
         let new = own
             .into_iter()
             .filter(|own| !file.parameters.iter().any(|known| known.name == own.name));
@@ -212,7 +212,8 @@ impl ModelStructure {
 
 /// The built-in structure `name`.
 pub(super) fn built_in(name: &str) -> ModelStructure {
-    name.parse().unwrap_or_else(|error| unreachable!("it is part of the program: {error}"))
+    let own = ModelStructure::built_in(name);
+    own.unwrap_or_else(|| unreachable!("{name} is part of the program"))
 }
 
 /// Whether a built-in structure has the parameter `name`.

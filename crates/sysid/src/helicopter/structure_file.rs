@@ -135,8 +135,7 @@ impl Row {
 
 impl File {
     pub fn built_in(name: &str) -> Option<Self> {
-        let file = Self::parse(built_in_text(name)?, Path::new(name));
-        file.ok()
+        Self::parse(built_in_text(name)?, Path::new(name)).ok()
     }
 
     pub fn parse(text: &str, path: &Path) -> Result<Self, ModelStructureError> {
@@ -221,9 +220,9 @@ impl File {
 
     /// Checks names and lists as written.
     pub fn check_names(&self) -> Result<(), String> {
-        fn twice<'a>(names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+        fn twice<'a>(mut names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
             let mut seen = BTreeSet::new();
-            names.into_iter().find(|name| !seen.insert(*name))
+            names.find(|name| !seen.insert(*name))
         }
         let lines = || [&self.equations, &self.disturbances, &self.errors].into_iter().flatten();
         let lists = [&self.inputs, &self.outputs, &self.offsets];
@@ -246,11 +245,9 @@ impl File {
         }
         let parameters = || self.parameters.iter().map(|row| row.name.as_str());
         let states = lines().filter_map(|line| line.split_once('=')).map(|(left, _)| left.trim());
-        let mut repeated = [&self.parts].into_iter().chain(lists);
-        let mut repeated = repeated.by_ref().map(|list| twice(list.iter().map(String::as_str)));
-        if let Some(name) =
-            twice(parameters()).or_else(|| twice(states)).or_else(|| repeated.find_map(|name| name))
-        {
+        let mut lists_with_parts = lists.into_iter().chain([&self.parts]);
+        let repeated = lists_with_parts.find_map(|list| twice(list.iter().map(String::as_str)));
+        if let Some(name) = twice(parameters()).or_else(|| twice(states)).or(repeated) {
             return Err(format!("found `{name}` twice"));
         }
         let states = || lines().filter_map(|line| line.split_once('\'')).map(|(own, _)| own.trim());

@@ -8,6 +8,7 @@ use super::model_structure::is_known;
 use super::next;
 use super::uncertainty::{COST, ResponseUncertainty};
 use crate::methods::prediction_error::{ChannelFit, Estimate, Fit, Status};
+use crate::methods::structure::Structure;
 use crate::methods::validate::GOOD_FIT_PERCENT;
 
 /// Control derivatives and rotor springs: the essentials of a control design.
@@ -48,7 +49,8 @@ impl Identification {
     #[must_use]
     pub fn verdict(&self, frequency: Option<&FrequencyDomain>) -> Verdict {
         let axes = self.response_uncertainties();
-        let mut judge = Judge::with(&axes);
+        let structure = &self.identified.structure;
+        let mut judge = Judge::with(&axes, structure);
         // The cause of many later findings comes first.
         if let Some(early_s) = self.answers_early_s {
             let early_ms = 1e3 * early_s;
@@ -56,7 +58,9 @@ impl Identification {
                 "the sticks are recorded late: the vehicle responds {early_ms:.0} ms before they move. controls.csv is late by about {early_ms:.0} ms plus the lag of the servos, up to 60 ms"
             ));
         }
-        judge.sticks(self);
+        if !structure.sticks_act(&self.identified.values()) {
+            judge.say(Grade::DoNotFly, "no stick acts on the model".into());
+        }
         for estimate in self.parameters() {
             judge.parameter(estimate);
         }
@@ -139,9 +143,7 @@ impl Identification {
     /// parameter of grade care where the response that it acts on is known.
     #[must_use]
     pub fn grade_of(&self, estimate: &Estimate) -> Grade {
-        let mut judge = Judge::with(&[]);
-        judge.sticks(self);
-        judge.grade = Grade::Good;
+        let mut judge = Judge::with(&[], &self.identified.structure);
         judge.parameter(estimate);
         let own = self.identified.structure.parameter(&estimate.name);
         let expected = own.and_then(|own| self.identified.structure.parameters[own].prior);
@@ -184,20 +186,22 @@ struct Judge {
     reasons: Vec<String>,
     /// Sticks whose on-axis response is known in the band in which a hover is flown.
     known: Vec<&'static str>,
-    /// Control derivatives with names of the user's own.
+    /// Control derivatives that no built-in structure has.
     own_control: Vec<String>,
 }
 
 impl Judge {
-    fn with(axes: &[ResponseUncertainty]) -> Self {
-        let is_known =
+    fn with(axes: &[ResponseUncertainty], structure: &Structure) -> Self {
+        let is_certain =
             |axis: &&ResponseUncertainty| axis.cost() <= COST || known_from(axis).is_some();
-        let known = axes.iter().filter(is_known).map(|axis| axis.stick);
+        let known = axes.iter().filter(is_certain).map(|axis| axis.stick);
+        let names = structure.control_derivatives().into_iter();
+        let names = names.map(|place| &structure.parameters[place].name);
         Self {
             grade: Grade::Good,
             reasons: Vec::new(),
             known: known.collect(),
-            own_control: Vec::new(),
+            own_control: names.filter(|name| !is_known(name)).cloned().collect(),
         }
     }
 
@@ -332,17 +336,6 @@ impl Judge {
             self.say(grade, format!(
                 "{name} is {found} {unit}, {objection}. Is the sign of {stick} reversed in the log?"
             ));
-        }
-    }
-
-    /// Finds the control derivatives that no built-in structure has, and rejects a model on which no stick acts.
-    fn sticks(&mut self, found: &Identification) {
-        let structure = &found.identified.structure;
-        let names = structure.control_derivatives().into_iter();
-        let names = names.map(|place| &structure.parameters[place].name);
-        self.own_control.extend(names.filter(|name| !is_known(name)).cloned());
-        if !structure.sticks_act(&found.identified.values()) {
-            self.say(Grade::DoNotFly, "no stick acts on the model".into());
         }
     }
 
