@@ -8,6 +8,7 @@ use super::hover::{
     PerturbedStability, SampledRobustness,
 };
 use super::margins::{ChannelMargins, Loop, Margins};
+use super::nichols::ZONE;
 use super::notch::NotchCost;
 use super::thesis::PrintedDesign;
 use hovernav::autopilot::{Gains, HoverConfig, StickLimits};
@@ -75,9 +76,9 @@ pub struct CheckedPrintedDesign {
 }
 
 /// Gain margin, dB, below which a loop causes a warning.
-pub(crate) const LEAST_GAIN_DB: f64 = 6.0;
+const LEAST_GAIN_DB: f64 = ZONE.0;
 /// Phase margin, °, below which a loop causes a warning.
-pub(crate) const LEAST_PHASE_DEG: f64 = 45.0;
+const LEAST_PHASE_DEG: f64 = ZONE.1;
 /// Longest acceptable recovery from a disturbance, s.
 const LONGEST_S: f64 = 8.0;
 /// Speed, m/s, that every autopilot may command.

@@ -2,8 +2,7 @@
 
 use super::closed_loop::{Cut, FlightMode};
 use super::config::HoverDesign;
-use crate::check::{LEAST_GAIN_DB, LEAST_PHASE_DEG};
-use crate::{DesignError, Margins};
+use crate::{DesignError, Margins, ZONE};
 use hovernav::autopilot::Gains;
 use hovernav_model::StateSpace;
 
@@ -111,8 +110,7 @@ impl ForwardPoint {
     /// Whether every loop has 6 dB and 45° in every flight mode.
     #[must_use]
     pub fn has_margins(&self) -> bool {
-        self.weakest().is_some_and(|[gain_db, phase_deg, _]| {
-            gain_db >= LEAST_GAIN_DB && phase_deg >= LEAST_PHASE_DEG
-        })
+        self.weakest()
+            .is_some_and(|[gain_db, phase_deg, _]| gain_db >= ZONE.0 && phase_deg >= ZONE.1)
     }
 }
