@@ -4,6 +4,7 @@
 mod chain;
 mod daisy;
 mod data;
+mod fixed_wing;
 mod flight;
 mod forward;
 mod frequency;

@@ -93,7 +93,7 @@ pub(super) struct Row {
 }
 
 /// The built-in structures: name and file.
-pub(super) const BUILT_IN: [(&str, &str); 11] = [
+pub(super) const BUILT_IN: [(&str, &str); 12] = [
     ("yaw", include_str!("../../structures/yaw.toml")),
     ("heave", include_str!("../../structures/heave.toml")),
     ("roll", include_str!("../../structures/roll.toml")),
@@ -105,6 +105,7 @@ pub(super) const BUILT_IN: [(&str, &str); 11] = [
     ("hover", include_str!("../../structures/hover.toml")),
     ("multirotor", include_str!("../../structures/multirotor.toml")),
     ("r50", include_str!("../../structures/r50.toml")),
+    ("short-period", include_str!("../../structures/short-period.toml")),
 ];
 
 /// Largest numbers of states, parameters and starts.
