@@ -3,7 +3,7 @@
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav::imu::{Notch, NotchConfig};
-use hovernav_log::{Dataset, Outage};
+use hovernav_log::{Dataset, Outage, estimate};
 use hovernav_sim::{
     AccelerometerConfig, DmuConfig, DmuOutput, FlightPlan, GpsConfig, GyroConfig, Harmonic,
     VibrationSource, fly,
@@ -70,7 +70,7 @@ fn errors(
     // The inertial unit's own attitude is used for the start only.
     let mut config = dataset.settings().unwrap();
     config.aiding.attitude = false;
-    let run = dataset.estimate(&config, |_| {});
+    let run = estimate(dataset, &config, |_| {});
     let (mut sums, mut count) = ([0.0; 3], 0.0);
     let interval_s = truth[1].time - truth[0].time;
     for solution in run.solutions.iter().filter(|solution| solution.time.seconds() > START_S) {

@@ -5,6 +5,7 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::imu::Motion;
 use hovernav::time::Time;
+use hovernav_log::check_setup;
 use hovernav_sim::*;
 
 fn field() -> Geodetic {
@@ -280,7 +281,7 @@ fn the_field_of_a_place_is_that_of_the_magnetic_model_and_declared() {
             fixes: recording.fixes,
             ..hovernav_log::Dataset::default()
         };
-        assert_eq!(dataset.check_setup(), []);
+        assert_eq!(check_setup(&dataset), []);
         let declared = dataset.settings().unwrap().alignment.declination_rad;
         dataset.manifest.imu.magnetic_declination_deg = None;
         let of_model = dataset.settings().unwrap().alignment.declination_rad;

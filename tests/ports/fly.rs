@@ -16,7 +16,7 @@ use hovernav_fly::play;
 use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_fly::serial::Clock;
 use hovernav_fly::{FlightReport, Notification, fly};
-use hovernav_log::Dataset;
+use hovernav_log::{Dataset, estimate};
 use hovernav_record::{FlyConfig, FlyConfigError, Level, Record};
 
 fn hover() -> Dataset {
@@ -259,7 +259,7 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
     let mut replayed = record.dataset().unwrap();
     assert_eq!(replayed.imu.len() as u64, report.cycles);
     let settings = replayed.settings().unwrap();
-    let run = replayed.estimate(&settings, |_| {});
+    let run = estimate(&replayed, &settings, |_| {});
     let reproduction = record.reproduced_by(&run.solutions);
     assert!(reproduction.compared > 550, "{} solutions flown", reproduction.compared);
     assert_eq!(reproduction.first_difference, None);

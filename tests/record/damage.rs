@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hovernav::time::Time;
+use hovernav_log::{estimate, findings};
 use hovernav_record::{Entry, Record, RecordInfo, Recorder, repair};
 
 use crate::flight::{START, header};
@@ -319,8 +320,8 @@ fn a_time_that_cannot_be_costs_little() {
         let dataset = record.dataset().unwrap();
         assert!(dataset.imu.len() <= whole.calls.len());
         let _ = hovernav_log::Survey::of(&dataset).to_string();
-        let run = dataset.estimate(&settings, |_| {});
-        let _ = dataset.findings(&run);
+        let run = estimate(&dataset, &settings, |_| {});
+        let _ = findings(&dataset, &run);
         assert!(run.solutions.len() <= dataset.imu.len());
         assert!(run.solutions.iter().all(|solution| solution.velocity_mps.is_finite()));
     }

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use anyhow::ensure;
 use hovernav_formats::Options;
-use hovernav_log::LogError;
+use hovernav_log::{LogError, estimate};
 use hovernav_record::Record;
 
 use self::page::RecordPage;
@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let working = output::Working::on("replaying");
     let record = Record::open(path)?;
     let dataset = record.dataset()?;
-    let replayed = dataset.estimate(&record.header.settings()?, |_| {});
+    let replayed = estimate(&dataset, &record.header.settings()?, |_| {});
     let reproduction = record.reproduced_by(&replayed.solutions);
     let sticks = record.sticks_reproduced()?;
     let out = arguments

@@ -99,7 +99,7 @@ impl Apart {
     /// Distances of `solutions` from `reference`, from the time `start` on.
     #[must_use]
     pub fn of_reference(solutions: &[Solution], reference: &Reference, start: Time) -> Self {
-        let mut apart = Self::new("reference".into(), AXES.map(|axis| reference.own_sigma(axis)));
+        let mut apart = Self::new("reference".into(), AXES.map(|axis| axis.own_sigma(reference)));
         for solution in solutions.iter().filter(|solution| solution.time >= start) {
             let errors = axis_errors(solution, reference);
             apart.push(solution.time, solution, AXES.map(|axis| errors[axis as usize]));

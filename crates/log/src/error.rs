@@ -3,7 +3,6 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::finding::SetupFinding;
 use hovernav::time::Time;
 use hovernav_toml::TomlError;
 
@@ -93,12 +92,12 @@ pub enum LogError {
         rows: usize,
     },
     /// The sensors' readings are impossible with this set-up.
-    #[error("{}: {}", path.display(), in_words(findings))]
+    #[error("{}: {}", path.display(), findings.join("; and "))]
     Setup {
         /// The log.
         path: PathBuf,
-        /// The errors, with causes and remedies.
-        findings: Vec<SetupFinding>,
+        /// The errors, with causes and remedies, a sentence each.
+        findings: Vec<String>,
     },
     /// A manifest or configuration cannot be read or is not valid.
     #[error(transparent)]
@@ -115,10 +114,6 @@ pub enum LogError {
         /// The value.
         value: f64,
     },
-}
-
-fn in_words(findings: &[SetupFinding]) -> String {
-    findings.iter().map(SetupFinding::to_string).collect::<Vec<_>>().join("; and ")
 }
 
 impl LogError {

@@ -6,91 +6,78 @@ use crate::axes::Reading;
 use crate::dataset::Dataset;
 use crate::error::LogError;
 use crate::finding::{AIDS, Sensor, SetupFinding};
-use crate::plausibility::{Unmeasured, denied_aid};
+use crate::plausibility::{Unmeasured, denied_aid, ensure_possible};
 use crate::replay::Run;
 use hovernav::ekf::{Aid, EstimatorConfig};
 
-impl Dataset {
-    /// Rate of the inertial samples, Hz: the larger of their number over their span and one over their median
-    /// interval. `None` with fewer than two samples.
-    #[must_use]
-    pub fn imu_rate_hz(&self) -> Option<f64> {
-        let usual_hz = 1.0 / self.sample_interval_s()?;
-        let (first, last) = self.sample_span()?;
-        Some(usual_hz.max((self.sample_count() - 1) as f64 / (last - first)))
+/// Checks that the filter can run over `dataset`, read from `log`. Returns the findings for [`ignore`].
+///
+/// # Errors
+/// [`LogError::Unusable`] without inertial samples or fixes. [`LogError::Setup`] with impossible units, signs,
+/// axes, clocks or rates: see [`check_setup`](crate::check_setup).
+pub fn check_fitness(dataset: &Dataset, log: &Path) -> Result<Vec<SetupFinding>, LogError> {
+    let rejected = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
+    let why = || {
+        let is_loss =
+            |warning: &&String| ["skipped", "rejected"].iter().any(|word| warning.contains(word));
+        dataset.warnings.iter().filter(is_loss).fold(String::new(), |why, warning| {
+            format!("{why}{}{warning}", if why.is_empty() { ": " } else { "; " })
+        })
+    };
+    if dataset.sample_count() == 0 {
+        let needed = "found no inertial samples, and navigation needs them";
+        return rejected(format!("{needed}{}", why()));
     }
-
-    /// Checks that the filter can run over this dataset, read from `log`. Returns the findings for
-    /// [`ignore`](Self::ignore).
-    ///
-    /// # Errors
-    /// [`LogError::Unusable`] without inertial samples or fixes. [`LogError::Setup`] with impossible units, signs,
-    /// axes, clocks or rates: see [`check_setup`](Self::check_setup).
-    pub fn check_fitness(&self, log: &Path) -> Result<Vec<SetupFinding>, LogError> {
-        let rejected = |reason| Err(LogError::Unusable { path: log.to_path_buf(), reason });
-        let why = || {
-            let is_loss = |warning: &&String| {
-                ["skipped", "rejected"].iter().any(|word| warning.contains(word))
-            };
-            self.warnings.iter().filter(is_loss).fold(String::new(), |why, warning| {
-                format!("{why}{}{warning}", if why.is_empty() { ": " } else { "; " })
-            })
-        };
-        if self.sample_count() == 0 {
-            let needed = "found no inertial samples, and navigation needs them";
-            return rejected(format!("{needed}{}", why()));
-        }
-        if self.fixes.is_empty() {
-            let needed = "found no usable fix, expected at least one to start from";
-            return rejected(format!("{needed}{}", why()));
-        }
-        self.ensure_possible(log)
+    if dataset.fixes.is_empty() {
+        let needed = "found no usable fix, expected at least one to start from";
+        return rejected(format!("{needed}{}", why()));
     }
+    ensure_possible(dataset, log)
+}
 
-    /// Ignores the aids of these findings, as if the log did not have them. Aids that the manifest's `[aiding]` sets to
-    /// `true` are kept. For [`Sensor::GpsVelocity`] it ignores velocities of exactly 0 from moving fixes. Returns the
-    /// findings that were applied, marked as not used.
-    pub fn ignore(&mut self, denied: Vec<SetupFinding>) -> Vec<SetupFinding> {
-        let mut ignored = Vec::new();
-        for mut finding in denied {
-            if finding.sensor == Sensor::GpsVelocity {
-                let Some(zeros) = Unmeasured::of(&self.fixes) else { continue };
-                zeros.take_out(&mut self.fixes);
-                finding.found = format!("not used: {}", finding.found);
-                ignored.push(finding);
-                continue;
-            }
-            let of_finding = AIDS.iter().find(|(_, sensor, _)| *sensor == finding.sensor);
-            let Some((aid, _, key)) = of_finding else { continue };
-            if self.manifest.aiding.get(*key).and_then(toml::Value::as_bool) == Some(true) {
-                continue;
-            }
-            match aid {
-                Aid::Baro => self.baro.clear(),
-                Aid::SecondAntenna => self.headings.clear(),
-                Aid::Magnetometer => {
-                    self.magnetometer.clear();
-                    self.turn(Reading { without_field: true, ..Reading::default() });
-                }
-                _ => self.turn(Reading { without_attitude: true, ..Reading::default() }),
-            }
+/// Ignores the aids of these findings, as if `dataset` did not have them. Aids that the manifest's `[aiding]` sets to
+/// `true` are kept. For [`Sensor::GpsVelocity`] it ignores velocities of exactly 0 from moving fixes. Returns the
+/// findings that were applied, marked as not used.
+pub fn ignore(dataset: &mut Dataset, denied: Vec<SetupFinding>) -> Vec<SetupFinding> {
+    let mut ignored = Vec::new();
+    for mut finding in denied {
+        if finding.sensor == Sensor::GpsVelocity {
+            let Some(zeros) = Unmeasured::of(&dataset.fixes) else { continue };
+            zeros.take_out(&mut dataset.fixes);
             finding.found = format!("not used: {}", finding.found);
-            finding.mend = format!("{}; [aiding] {key} = true uses it nevertheless", finding.mend);
             ignored.push(finding);
+            continue;
         }
-        ignored
+        let of_finding = AIDS.iter().find(|(_, sensor, _)| *sensor == finding.sensor);
+        let Some((aid, _, key)) = of_finding else { continue };
+        if dataset.manifest.aiding.get(*key).and_then(toml::Value::as_bool) == Some(true) {
+            continue;
+        }
+        match aid {
+            Aid::Baro => dataset.baro.clear(),
+            Aid::SecondAntenna => dataset.headings.clear(),
+            Aid::Magnetometer => {
+                dataset.magnetometer.clear();
+                dataset.turn(Reading { without_field: true, ..Reading::default() });
+            }
+            _ => dataset.turn(Reading { without_attitude: true, ..Reading::default() }),
+        }
+        finding.found = format!("not used: {}", finding.found);
+        finding.mend = format!("{}; [aiding] {key} = true uses it nevertheless", finding.mend);
+        ignored.push(finding);
     }
+    ignored
+}
 
-    /// [Ignores](Self::ignore) the source of heading without which the fixes become consistent with a `run`, if there
-    /// is one. If the result is not empty, the log must be estimated again.
-    pub fn ignore_inconsistent(
-        &mut self,
-        config: &EstimatorConfig,
-        run: &Run,
-    ) -> Vec<SetupFinding> {
-        let denied = denied_aid(self, config, run);
-        self.ignore(denied.into_iter().collect())
-    }
+/// [Ignores](ignore) the source of heading without which the fixes become consistent with a `run`, if there
+/// is one. If the result is not empty, the log must be estimated again.
+pub fn ignore_inconsistent(
+    dataset: &mut Dataset,
+    config: &EstimatorConfig,
+    run: &Run,
+) -> Vec<SetupFinding> {
+    let denied = denied_aid(dataset, config, run);
+    ignore(dataset, denied.into_iter().collect())
 }
 
 #[cfg(test)]
@@ -123,11 +110,11 @@ mod tests {
     #[test]
     fn a_unit_that_is_too_slow_is_refused_with_its_rate() {
         let log = Path::new("slow.ulg");
-        let error = of_rate(8.6).check_fitness(log).unwrap_err().to_string();
+        let error = check_fitness(&of_rate(8.6), log).unwrap_err().to_string();
         assert!(error.contains("found 8.600 samples a second, expected at least 18"), "{error}");
-        assert!(of_rate(33.0).check_fitness(log).is_ok());
+        assert!(check_fitness(&of_rate(33.0), log).is_ok());
         let without = Dataset { fixes: Vec::new(), ..of_rate(33.0) };
-        assert!(without.check_fitness(log).is_err());
-        assert!(Dataset::default().check_fitness(log).is_err());
+        assert!(check_fitness(&without, log).is_err());
+        assert!(check_fitness(&Dataset::default(), log).is_err());
     }
 }

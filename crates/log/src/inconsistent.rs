@@ -8,7 +8,6 @@ use hovernav::ins::LeverArm;
 use hovernav::time::Time;
 
 use crate::dataset::Dataset;
-use crate::finding::{Finding, FindingKind, Sensor};
 use crate::replay::Run;
 use crate::series::within;
 use crate::statistics::quantile;
@@ -23,31 +22,22 @@ const INCONSISTENT: f64 = 6.0;
 
 /// Span of a smoothed path with which the fixes are inconsistent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Inconsistent {
+pub struct InconsistentSpan {
+    /// Start of the first inconsistent window.
     pub start: Time,
+    /// End of the last inconsistent window.
     pub end: Time,
     /// Number of inconsistent windows, each centred on a fix.
-    fixes: usize,
+    pub fixes: usize,
     /// Root of the largest mean square, in one-sigmas.
-    sigmas: f64,
+    pub sigmas: f64,
 }
 
-impl Inconsistent {
+impl InconsistentSpan {
     /// Whether the span contains a time.
+    #[must_use]
     pub fn covers(&self, time: Time) -> bool {
         (self.start..=self.end).contains(&time)
-    }
-
-    pub fn finding(&self) -> Finding {
-        let (start_s, end_s) = (self.start.seconds(), self.end.seconds());
-        let words = format!(
-            "smoothing rejected from {start_s:.1} to {end_s:.1} s: the velocities of the fixes are off the smoothed \
-             path by {:.1} one-sigmas; either they are wrong, or the filter had diverged and was reset; the filter's \
-             own solution is used there",
-            self.sigmas
-        );
-        Finding::warning(Sensor::Filter, FindingKind::SmoothingRejected, (start_s, end_s), words)
-            .of(self.fixes)
     }
 }
 
@@ -61,12 +51,12 @@ pub(crate) fn inconsistent_spans(
     dataset: &Dataset,
     forward: &Run,
     solutions: &[Solution],
-) -> Vec<Inconsistent> {
+) -> Vec<InconsistentSpan> {
     let squares = residuals(dataset, forward, solutions);
     let mut sizes: Vec<f64> = squares.iter().map(|(_, square)| *square).collect();
     let Some(usual) = quantile(&mut sizes, 0.5) else { return Vec::new() };
     let limit = INCONSISTENT * usual.max(1.0);
-    let mut found: Vec<Inconsistent> = Vec::new();
+    let mut found: Vec<InconsistentSpan> = Vec::new();
     for (time, _) in &squares {
         let (start, end) = (time.offset_by(-HALF_WINDOW_S), time.offset_by(HALF_WINDOW_S));
         let beside = within(&squares, |(time, _)| *time, start, end);
@@ -80,7 +70,7 @@ pub(crate) fn inconsistent_spans(
                 span.fixes += 1;
                 span.sigmas = span.sigmas.max(mean.sqrt());
             }
-            _ => found.push(Inconsistent { start, end, fixes: 1, sigmas: mean.sqrt() }),
+            _ => found.push(InconsistentSpan { start, end, fixes: 1, sigmas: mean.sqrt() }),
         }
     }
     found

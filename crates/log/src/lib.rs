@@ -35,6 +35,7 @@ mod manifest;
 mod number;
 mod open;
 mod ordered;
+mod outage;
 mod paragraph;
 mod plausibility;
 mod possible_motion;
@@ -79,20 +80,24 @@ pub use dataset::{Dataset, Source};
 pub use error::LogError;
 pub use events::Events;
 pub use finding::{Finding, FindingKind, Harm, Sensor, SetupFinding, Severity, sentences};
+pub use findings::findings;
+pub use fitness::{check_fitness, ignore, ignore_inconsistent};
 pub use fix_gate::{Dimensions, FixGate, HIGHEST_LATITUDE_DEG, StatedFix, is_unknown};
 pub use imu::{field_fault, motion_fault, remark_faults};
+pub use inconsistent::InconsistentSpan;
 pub use kept::{Keep, thin};
 pub use level::Level;
 pub use manifest::{
     GpsSection, HeadingReference, ImuSection, Manifest, Point, ReferenceSection, SolutionPoint,
     SolutionSection,
 };
+pub use outage::Outage;
 pub use paragraph::paragraph;
-pub use plausibility::alternative;
+pub use plausibility::{alternative, check_setup, ensure_possible};
 pub use reference::{Reference, ReferenceMoment};
 pub use relative::{RelativeError, RelativePoint, relative_error};
 pub use remarks::Remarks;
-pub use replay::{Outage, Run, UnusedReadings};
+pub use replay::{Run, UnusedReadings, estimate, estimate_each};
 pub use sample_file::SampleFile;
 pub use samples::Samples;
 pub use sampling::SampleRates;
@@ -100,7 +105,7 @@ pub use score::{
     Axis, AxisScore, ErrorPoint, Score, Statistics, axis_errors, axis_sigmas, outage_drift, score,
 };
 pub use settings::Declination;
-pub use smoothing::SmoothedRun;
+pub use smoothing::{SmoothedRun, smooth, smooth_keeping, smoothing_bytes};
 pub use solution::{COLUMNS as SOLUTION_COLUMNS, ExtraColumns, SolutionWriter, solution_row};
 pub use statistics::median_interval_s;
 pub use survey::Survey;

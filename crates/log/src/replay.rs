@@ -6,29 +6,12 @@ use std::ops::ControlFlow;
 use serde::Serialize;
 
 use crate::comparisons::{ChannelTally, FixTally, Thinning, routine};
-use crate::dataset::{Dataset, Source};
+use crate::dataset::Dataset;
 use crate::kept::{Keep, Kept};
 use hovernav::ekf::layout::{Full, Layout as _};
 use hovernav::ekf::{Aid, Ekf, Estimator, EstimatorConfig, FullEkf, Notice, Report, Solution};
 use hovernav::event::Event;
 use hovernav::time::Time;
-
-/// A span without GPS, for a test of the filter's drift.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outage {
-    /// Start of the outage.
-    pub start: Time,
-    /// Duration, s.
-    pub duration_s: f64,
-}
-
-impl Outage {
-    /// Whether the outage contains a time.
-    #[must_use]
-    pub fn covers(&self, time: Time) -> bool {
-        time >= self.start && time - self.start < self.duration_s
-    }
-}
 
 /// Result of a run over a log.
 #[derive(Clone, Debug, Default)]
@@ -145,104 +128,79 @@ impl Run {
     }
 }
 
-impl Dataset {
-    /// Removes the fixes within `outages`, and thins the rest to at most `rate_hz`.
-    pub fn withhold(&mut self, outages: &[Outage], rate_hz: Option<f64>) {
-        // The interval may be a tenth shorter, for the jitter of the receiver's clock.
-        let interval_s = rate_hz.map_or(0.0, |rate_hz| 0.9 / rate_hz);
-        let mut last: Option<Time> = None;
-        let keep = self.fixes.iter().map(|fix| {
-            let keep = !outages.iter().any(|outage| outage.covers(fix.time))
-                && (rate_hz.is_none() || last.is_none_or(|last| fix.time - last >= interval_s));
-            if keep {
-                last = Some(fix.time);
-            }
-            keep
-        });
-        let keep: Vec<bool> = keep.collect();
-        let mut kept = keep.iter();
-        self.order.retain(|source| *source != Source::Gps || kept.next() != Some(&false));
-        let mut kept = keep.iter();
-        self.fixes.retain(|_| kept.next() == Some(&true));
-    }
+/// Runs the estimator over `dataset`. `progress` receives the number of inertial samples done.
+pub fn estimate(
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    mut progress: impl FnMut(usize),
+) -> Run {
+    estimated(dataset, config, Keep::All, &mut progress, &mut |_| ControlFlow::Continue(()))
+}
 
-    /// Number of fixes before the first inertial sample, which have no effect.
-    #[must_use]
-    pub fn fixes_before_imu(&self) -> usize {
-        let first = self.sample_span().map_or(Time::ZERO, |(first, _)| first);
-        self.fixes.iter().take_while(|fix| fix.time < first).count()
-    }
+/// [`estimate`] that also passes every solution to `each` as it is computed. `keep` selects the
+/// solutions in the run.
+///
+/// # Errors
+/// The first error of `each`, which ends the run.
+pub fn estimate_each<E>(
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    keep: Keep,
+    mut progress: impl FnMut(usize),
+    mut each: impl FnMut(&Solution) -> Result<(), E>,
+) -> Result<Run, E> {
+    let mut failure = None;
+    let run = estimated(dataset, config, keep, &mut progress, &mut |solution| {
+        failure = each(solution).err();
+        if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    failure.map_or(Ok(run), Err)
+}
 
-    /// Runs the estimator over the log. `progress` receives the number of inertial samples done.
-    pub fn estimate(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> Run {
-        self.estimated(config, Keep::All, &mut progress, &mut |_| ControlFlow::Continue(()))
-    }
+// Compiled once here, so that the whole filter is not compiled for every caller's closure.
+fn estimated(
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    keep: Keep,
+    progress: &mut dyn FnMut(usize),
+    each: &mut Each<'_>,
+) -> Run {
+    let mut estimator = Estimator::<Full, 28>::new(*config);
+    run(dataset, config, keep, progress, |event, run| {
+        estimator.push(event, |notice| run.keep(notice));
+        run.learned_by(estimator.filter());
+        let solution = estimator.solution().filter(|solution| is_of(event, solution.time));
+        match solution.as_ref() {
+            Some(solution) if each(solution).is_break() => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(solution),
+        }
+    })
+}
 
-    /// [`estimate`](Self::estimate) that also passes every solution to `each` as it is computed. `keep` selects the
-    /// solutions in the run.
-    ///
-    /// # Errors
-    /// The first error of `each`, which ends the run.
-    pub fn estimate_each<E>(
-        &self,
-        config: &EstimatorConfig,
-        keep: Keep,
-        mut progress: impl FnMut(usize),
-        mut each: impl FnMut(&Solution) -> Result<(), E>,
-    ) -> Result<Run, E> {
-        let mut failure = None;
-        let run = self.estimated(config, keep, &mut progress, &mut |solution| {
-            failure = each(solution).err();
-            if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        failure.map_or(Ok(run), Err)
-    }
-
-    // Compiled once here, so that the whole filter is not compiled for every caller's closure.
-    fn estimated(
-        &self,
-        config: &EstimatorConfig,
-        keep: Keep,
-        progress: &mut dyn FnMut(usize),
-        each: &mut Each<'_>,
-    ) -> Run {
-        let mut estimator = Estimator::<Full, 28>::new(*config);
-        self.run(config, keep, progress, |event, run| {
-            estimator.push(event, |notice| run.keep(notice));
-            run.learned_by(estimator.filter());
-            let solution = estimator.solution().filter(|solution| is_of(event, solution.time));
-            match solution.as_ref() {
-                Some(solution) if each(solution).is_break() => ControlFlow::Break(()),
-                _ => ControlFlow::Continue(solution),
-            }
-        })
-    }
-
-    /// Passes every event to `push`, and keeps the solution it returns for an inertial sample.
-    pub(crate) fn run(
-        &self,
-        config: &EstimatorConfig,
-        keep: Keep,
-        progress: &mut dyn FnMut(usize),
-        mut push: impl FnMut(&Event, &mut Run) -> ControlFlow<(), Option<Solution>>,
-    ) -> Run {
-        let thinning = (keep == Keep::Thinned).then(Thinning::default);
-        let mut run = Run { config: *config, thinning, ..Run::default() };
-        let mut kept = Kept::new(keep, self.sample_count());
-        let mut samples = 0;
-        for event in self.events() {
-            let ControlFlow::Continue(solution) = push(&event, &mut run) else { break };
-            if let Event::Imu(_) = event {
-                samples += 1;
-                progress(samples);
-                if let Some(solution) = solution {
-                    kept.push(solution);
-                }
+/// Passes every event of `dataset` to `push`, and keeps the solution it returns for an inertial sample.
+pub(crate) fn run(
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    keep: Keep,
+    progress: &mut dyn FnMut(usize),
+    mut push: impl FnMut(&Event, &mut Run) -> ControlFlow<(), Option<Solution>>,
+) -> Run {
+    let thinning = (keep == Keep::Thinned).then(Thinning::default);
+    let mut run = Run { config: *config, thinning, ..Run::default() };
+    let mut kept = Kept::new(keep, dataset.sample_count());
+    let mut samples = 0;
+    for event in dataset.events() {
+        let ControlFlow::Continue(solution) = push(&event, &mut run) else { break };
+        if let Event::Imu(_) = event {
+            samples += 1;
+            progress(samples);
+            if let Some(solution) = solution {
+                kept.push(solution);
             }
         }
-        (run.solutions, run.solutions_thinned) = kept.finish();
-        run
     }
+    (run.solutions, run.solutions_thinned) = kept.finish();
+    run
 }
 
 /// Whether a state of `time` belongs to this inertial sample: a rejected sample leaves the state at an earlier time.

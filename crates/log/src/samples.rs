@@ -77,6 +77,15 @@ impl Dataset {
         self.overview().gaps.intervals.quantile(0.5)
     }
 
+    /// Rate of the inertial samples, Hz: the larger of their number over their span and one over their median
+    /// interval. `None` with fewer than two samples.
+    #[must_use]
+    pub fn imu_rate_hz(&self) -> Option<f64> {
+        let usual_hz = 1.0 / self.sample_interval_s()?;
+        let (first, last) = self.sample_span()?;
+        Some(usual_hz.max((self.sample_count() - 1) as f64 / (last - first)))
+    }
+
     /// Checks that every pass over the samples was complete.
     ///
     /// # Errors

@@ -79,6 +79,16 @@ impl Axis {
             Self::Yaw => "yaw_deg",
         }
     }
+
+    /// One-sigma of `reference` itself in this axis, in the unit of [`name`](Self::name).
+    #[must_use]
+    pub const fn own_sigma(self, reference: &Reference) -> f64 {
+        match self {
+            Self::North | Self::East | Self::Down | Self::Horizontal => reference.position_sigma_m,
+            Self::Roll | Self::Pitch | Self::Yaw => reference.attitude_sigma_deg,
+            _ => reference.velocity_sigma_mps,
+        }
+    }
 }
 
 /// Errors of a solution against the reference, axis by axis.
@@ -142,18 +152,6 @@ const SERIES_POINTS: usize = 2000;
 /// Smallest fraction of an outage that solution and reference must cover for its drift to count.
 const LEAST_COVERAGE: f64 = 0.9;
 
-impl Reference {
-    /// One-sigma of the reference itself in `axis`, in the unit of [`Axis::name`].
-    #[must_use]
-    pub const fn own_sigma(&self, axis: Axis) -> f64 {
-        match axis {
-            Axis::North | Axis::East | Axis::Down | Axis::Horizontal => self.position_sigma_m,
-            Axis::Roll | Axis::Pitch | Axis::Yaw => self.attitude_sigma_deg,
-            _ => self.velocity_sigma_mps,
-        }
-    }
-}
-
 impl Score {
     /// The score in `axis`, if the reference has that quantity.
     #[must_use]
@@ -203,7 +201,7 @@ pub fn score(solutions: &[Solution], reference: &Reference, first_imu: Time) -> 
     let axes = Axis::ALL.into_iter().zip(columns).filter_map(|(axis, points)| {
         let is_attitude = matches!(axis, Axis::Roll | Axis::Pitch | Axis::Yaw);
         let from = if is_attitude { heading_known.unwrap_or(from) } else { from };
-        score_axis(axis, &points, from, reference.own_sigma(axis))
+        score_axis(axis, &points, from, axis.own_sigma(reference))
     });
     Score { from, heading_known, axes: axes.collect() }
 }

@@ -10,10 +10,9 @@ use std::ops::ControlFlow;
 
 use crate::dataset::Dataset;
 use crate::events::Events;
-use crate::finding::Finding;
-use crate::inconsistent::{Inconsistent, inconsistent_spans};
+use crate::inconsistent::{InconsistentSpan, inconsistent_spans};
 use crate::kept::Keep;
-use crate::replay::{Run, is_of};
+use crate::replay::{self, Run, is_of};
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{
     Adjoint, Estimator, EstimatorConfig, HeadingSearch, Notice, Smoother, Solution, Trace,
@@ -27,10 +26,10 @@ pub struct SmoothedRun {
     /// The filter's own solutions.
     pub forward: Run,
     /// The smoothed solutions, at the times of the forward run's; empty if nothing could be smoothed, see
-    /// [`Dataset::smooth`].
+    /// [`smooth`].
     pub solutions: Vec<Solution>,
     /// Spans whose smoothed solutions were inconsistent with the fixes. The filter's own solutions replace them.
-    pub denied: Vec<Finding>,
+    pub denied: Vec<InconsistentSpan>,
 }
 
 /// Smallest number of samples of a block, for which the smoother needs 16 MB.
@@ -46,175 +45,174 @@ struct Checkpoint<'a> {
     events: Events<'a>,
 }
 
-impl Dataset {
-    /// Runs the estimator forward over the log, then smooths backward, so that every solution uses the whole log for
-    /// states and biases.
-    ///
-    /// If the heading is found only in motion, the log is run again from a start turned to that heading. So the whole
-    /// log is smoothed. Nothing is smoothed if alignment never ends or the heading is never found: any chosen heading
-    /// would be arbitrary. `progress` receives the number of inertial samples done in the current run, forward or
-    /// backward, and can end the smoothing: the result is then `None`. `keep` selects the solutions of the forward run
-    /// that stay in memory.
-    ///
-    /// Where the fixes are inconsistent with the smoothed path, the filter's own solutions replace it, with a finding.
-    /// At either end of the replacement, the path steps by the size of the inconsistency.
-    ///
-    /// See [`Smoother`] for the method, [`smoothing_bytes`](Self::smoothing_bytes) for the memory.
-    pub fn smooth_keeping(
-        &self,
-        config: &EstimatorConfig,
-        keep: Keep,
-        mut progress: impl FnMut(usize) -> ControlFlow<()>,
-    ) -> Option<SmoothedRun> {
-        self.smoothed(config, keep, &mut progress)
-    }
+/// Runs the estimator forward over the log, then smooths backward, so that every solution uses the whole log for
+/// states and biases.
+///
+/// If the heading is found only in motion, the log is run again from a start turned to that heading. So the whole
+/// log is smoothed. Nothing is smoothed if alignment never ends or the heading is never found: any chosen heading
+/// would be arbitrary. `progress` receives the number of inertial samples done in the current run, forward or
+/// backward, and can end the smoothing: the result is then `None`. `keep` selects the solutions of the forward run
+/// that stay in memory.
+///
+/// Where the fixes are inconsistent with the smoothed path, the filter's own solutions replace it, with a finding.
+/// At either end of the replacement, the path steps by the size of the inconsistency.
+///
+/// See [`Smoother`] for the method, [`smoothing_bytes`] for the memory.
+pub fn smooth_keeping(
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    keep: Keep,
+    mut progress: impl FnMut(usize) -> ControlFlow<()>,
+) -> Option<SmoothedRun> {
+    smoothed(dataset, config, keep, &mut progress)
+}
 
-    /// [`smooth_keeping`](Self::smooth_keeping) with every solution of the forward run.
-    pub fn smooth(&self, config: &EstimatorConfig, mut progress: impl FnMut(usize)) -> SmoothedRun {
-        let endless = &mut |done| {
-            progress(done);
-            ControlFlow::Continue(())
-        };
-        self.smoothed(config, Keep::All, endless).unwrap_or_default()
-    }
+/// [`smooth_keeping`] with every solution of the forward run.
+pub fn smooth(
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    mut progress: impl FnMut(usize),
+) -> SmoothedRun {
+    let endless = &mut |done| {
+        progress(done);
+        ControlFlow::Continue(())
+    };
+    smoothed(dataset, config, Keep::All, endless).unwrap_or_default()
+}
 
-    /// Memory for smoothing in addition to the log itself, bytes: a solution of every sample, the checkpoints, and the
-    /// smoother's data of one block.
-    #[must_use]
-    pub fn smoothing_bytes(&self) -> u64 {
-        let (samples, block) = (self.sample_count(), self.block());
-        let checkpoint = size_of::<Estimator<Full, 28>>() + 1024;
-        let bytes = samples * size_of::<Solution>()
-            + samples.min(block) * TRACE
-            + (samples / block + 1) * checkpoint;
-        bytes as u64
-    }
+/// Memory for smoothing in addition to the log itself, bytes: a solution of every sample, the checkpoints, and the
+/// smoother's data of one block.
+#[must_use]
+pub fn smoothing_bytes(dataset: &Dataset) -> u64 {
+    let (samples, block) = (dataset.sample_count(), block_of(dataset));
+    let checkpoint = size_of::<Estimator<Full, 28>>() + 1024;
+    let bytes = samples * size_of::<Solution>()
+        + samples.min(block) * TRACE
+        + (samples / block + 1) * checkpoint;
+    bytes as u64
+}
 
-    /// Samples in a block, for the least total memory of checkpoints and one block's trace.
-    fn block(&self) -> usize {
-        let balanced = (self.sample_count() * size_of::<Estimator<Full, 28>>() / TRACE).isqrt();
-        balanced.max(LEAST_BLOCK)
-    }
+/// Samples in a block, for the least total memory of checkpoints and one block's trace.
+fn block_of(dataset: &Dataset) -> usize {
+    let balanced = (dataset.sample_count() * size_of::<Estimator<Full, 28>>() / TRACE).isqrt();
+    balanced.max(LEAST_BLOCK)
+}
 
-    fn smoothed(
-        &self,
-        config: &EstimatorConfig,
-        keep: Keep,
-        progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Option<SmoothedRun> {
-        let mut checkpoints = Vec::new();
-        let forward = self.checkpointed(config, keep, None, progress, &mut checkpoints)?;
-        let aligned = forward.notices.iter().find_map(|notice| match notice {
-            Notice::Aligned(alignment) => Some(*alignment),
+fn smoothed(
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    keep: Keep,
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+) -> Option<SmoothedRun> {
+    let mut checkpoints = Vec::new();
+    let forward = checkpointed(dataset, config, keep, None, progress, &mut checkpoints)?;
+    let aligned = forward.notices.iter().find_map(|notice| match notice {
+        Notice::Aligned(alignment) => Some(*alignment),
+        _ => None,
+    });
+    let (mut start, mut second) = (None, None);
+    if let Some(alignment) = aligned.filter(|by| by.heading == HeadingSource::Unknown) {
+        let found = forward.notices.iter().find_map(|notice| match notice {
+            Notice::HeadingFound { turn_rad, .. } => Some(*turn_rad),
             _ => None,
         });
-        let (mut start, mut second) = (None, None);
-        if let Some(alignment) = aligned.filter(|by| by.heading == HeadingSource::Unknown) {
-            let found = forward.notices.iter().find_map(|notice| match notice {
-                Notice::HeadingFound { turn_rad, .. } => Some(*turn_rad),
-                _ => None,
-            });
-            let Some(turn_rad) = found else {
-                return Some(SmoothedRun { forward, ..SmoothedRun::default() });
-            };
-            let Alignment { start: aligned, axis, .. } = alignment;
-            start = Some(HeadingSearch::turned_start(aligned, axis, turn_rad, START_SIGMA_RAD));
-            checkpoints.clear();
-            let again = self.checkpointed(config, Keep::Thinned, start, progress, &mut checkpoints);
-            second = Some(again?);
-        }
-        let mut solutions = Vec::with_capacity(self.sample_count());
-        let mut after = Adjoint::default();
-        let (block, mut done) = (self.block(), 0);
-        while let Some(Checkpoint { mut estimator, events }) = checkpoints.pop() {
-            let mut smoother = Smoother::<Full, 28>::with_capacity(block.min(self.sample_count()));
-            let mut samples = 0;
-            for event in events {
-                if matches!(event, Event::Imu(_)) {
-                    if samples == block {
-                        break;
-                    }
-                    (samples, done) = (samples + 1, done + 1);
-                    if progress(done).is_break() {
-                        return None;
-                    }
-                }
-                push(&mut estimator, &event, start, &mut smoother, |_| ());
-                if let Some(filter) = estimator.filter()
-                    && is_of(&event, filter.state().time)
-                {
-                    smoother.sampled(filter);
-                }
-            }
-            solutions.extend(smoother.smooth_before(&mut after).into_iter().rev());
-        }
-        solutions.reverse();
-        let spans = inconsistent_spans(self, second.as_ref().unwrap_or(&forward), &solutions);
-        if !spans.is_empty() {
-            self.put_forward(config, &spans, &mut solutions);
-        }
-        let denied = spans.iter().map(Inconsistent::finding).collect();
-        Some(SmoothedRun { forward, solutions, denied })
+        let Some(turn_rad) = found else {
+            return Some(SmoothedRun { forward, ..SmoothedRun::default() });
+        };
+        let Alignment { start: aligned, axis, .. } = alignment;
+        start = Some(HeadingSearch::turned_start(aligned, axis, turn_rad, START_SIGMA_RAD));
+        checkpoints.clear();
+        let again = checkpointed(dataset, config, Keep::Thinned, start, progress, &mut checkpoints);
+        second = Some(again?);
     }
-
-    /// Replaces the solutions in these spans by those of a forward run.
-    fn put_forward(
-        &self,
-        config: &EstimatorConfig,
-        spans: &[Inconsistent],
-        solutions: &mut [Solution],
-    ) {
-        let mut estimator = Estimator::<Full, 28>::new(*config);
-        for event in self.events() {
-            estimator.push(&event, |_| ());
-            let Event::Imu(sample) = event else { continue };
-            if spans.iter().any(|span| span.covers(sample.time))
-                && let Some(solution) = estimator.solution()
-                && let Ok(at) = solutions.binary_search_by_key(&solution.time, |s| s.time)
-            {
-                solutions[at] = solution;
-            }
-        }
-    }
-
-    /// Runs the filter forward and stores a checkpoint before the first sample of every block. The run begins from
-    /// `start` if given, otherwise from the alignment's own start. `None` if `progress` ended it.
-    fn checkpointed<'a>(
-        &'a self,
-        config: &EstimatorConfig,
-        keep: Keep,
-        start: Option<Start>,
-        progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
-        checkpoints: &mut Vec<Checkpoint<'a>>,
-    ) -> Option<Run> {
-        let is_ended = Cell::new(false);
-        let step = &mut |done| is_ended.set(is_ended.get() || progress(done).is_break());
-        let mut estimator = Estimator::<Full, 28>::new(*config);
-        let (mut events, block) = (self.events(), self.block());
-        checkpoints.push(Checkpoint { estimator: estimator.clone(), events: events.clone() });
+    let mut solutions = Vec::with_capacity(dataset.sample_count());
+    let mut after = Adjoint::default();
+    let (block, mut done) = (block_of(dataset), 0);
+    while let Some(Checkpoint { mut estimator, events }) = checkpoints.pop() {
+        let mut smoother = Smoother::<Full, 28>::with_capacity(block.min(dataset.sample_count()));
         let mut samples = 0;
-        let run = self.run(config, keep, step, |event, run| {
-            if is_ended.get() {
-                return ControlFlow::Break(());
+        for event in events {
+            if matches!(event, Event::Imu(_)) {
+                if samples == block {
+                    break;
+                }
+                (samples, done) = (samples + 1, done + 1);
+                if progress(done).is_break() {
+                    return None;
+                }
             }
-            let is_sample = matches!(event, Event::Imu(_));
-            if is_sample && samples == block {
-                let (estimator, events) = (estimator.clone(), events.clone());
-                checkpoints.push(Checkpoint { estimator, events });
-                samples = 0;
+            push(&mut estimator, &event, start, &mut smoother, |_| ());
+            if let Some(filter) = estimator.filter()
+                && is_of(&event, filter.state().time)
+            {
+                smoother.sampled(filter);
             }
-            events.next();
-            samples += usize::from(is_sample);
-            push(&mut estimator, event, start, &mut (), |notice| run.keep(notice));
-            if is_sample && let Some(filter) = estimator.filter() {
-                run.learned_by(Some(filter));
-            }
-            ControlFlow::Continue(
-                estimator.solution().filter(|solution| is_of(event, solution.time)),
-            )
-        });
-        (!is_ended.get()).then_some(run)
+        }
+        solutions.extend(smoother.smooth_before(&mut after).into_iter().rev());
     }
+    solutions.reverse();
+    let spans = inconsistent_spans(dataset, second.as_ref().unwrap_or(&forward), &solutions);
+    if !spans.is_empty() {
+        put_forward(dataset, config, &spans, &mut solutions);
+    }
+    Some(SmoothedRun { forward, solutions, denied: spans })
+}
+
+/// Replaces the solutions in these spans by those of a forward run.
+fn put_forward(
+    dataset: &Dataset,
+    config: &EstimatorConfig,
+    spans: &[InconsistentSpan],
+    solutions: &mut [Solution],
+) {
+    let mut estimator = Estimator::<Full, 28>::new(*config);
+    for event in dataset.events() {
+        estimator.push(&event, |_| ());
+        let Event::Imu(sample) = event else { continue };
+        if spans.iter().any(|span| span.covers(sample.time))
+            && let Some(solution) = estimator.solution()
+            && let Ok(at) = solutions.binary_search_by_key(&solution.time, |s| s.time)
+        {
+            solutions[at] = solution;
+        }
+    }
+}
+
+/// Runs the filter forward and stores a checkpoint before the first sample of every block. The run begins from
+/// `start` if given, otherwise from the alignment's own start. `None` if `progress` ended it.
+fn checkpointed<'a>(
+    dataset: &'a Dataset,
+    config: &EstimatorConfig,
+    keep: Keep,
+    start: Option<Start>,
+    progress: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    checkpoints: &mut Vec<Checkpoint<'a>>,
+) -> Option<Run> {
+    let is_ended = Cell::new(false);
+    let step = &mut |done| is_ended.set(is_ended.get() || progress(done).is_break());
+    let mut estimator = Estimator::<Full, 28>::new(*config);
+    let (mut events, block) = (dataset.events(), block_of(dataset));
+    checkpoints.push(Checkpoint { estimator: estimator.clone(), events: events.clone() });
+    let mut samples = 0;
+    let run = replay::run(dataset, config, keep, step, |event, run| {
+        if is_ended.get() {
+            return ControlFlow::Break(());
+        }
+        let is_sample = matches!(event, Event::Imu(_));
+        if is_sample && samples == block {
+            let (estimator, events) = (estimator.clone(), events.clone());
+            checkpoints.push(Checkpoint { estimator, events });
+            samples = 0;
+        }
+        events.next();
+        samples += usize::from(is_sample);
+        push(&mut estimator, event, start, &mut (), |notice| run.keep(notice));
+        if is_sample && let Some(filter) = estimator.filter() {
+            run.learned_by(Some(filter));
+        }
+        ControlFlow::Continue(estimator.solution().filter(|solution| is_of(event, solution.time)))
+    });
+    (!is_ended.get()).then_some(run)
 }
 
 /// Passes `event` to the estimator, which continues from `start`, if given, once it is aligned.

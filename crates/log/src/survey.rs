@@ -8,8 +8,12 @@ use serde::Serialize;
 use crate::contents::Contents;
 use crate::dataset::Dataset;
 use crate::finding::{Finding, sentences};
+use crate::findings::events_and_setup;
 use crate::kept::Keep;
 use crate::paragraph::section;
+use crate::plausibility::check_setup;
+use crate::replay::estimate_each;
+use hovernav::ekf::Solution;
 
 /// A log at a glance: its contents, missing data, and what a run of the filter finds. [`Display`](fmt::Display) and
 /// [`Serialize`] are what `hovernav info` prints.
@@ -36,14 +40,15 @@ impl Survey {
     pub fn of(dataset: &Dataset) -> Self {
         let nothing_to_run = dataset.fixes.is_empty() || dataset.sample_count() == 0;
         let run = match (nothing_to_run, dataset.configuration()) {
-            (false, Ok((config, _))) => dataset
-                .estimate_each(&config, Keep::Thinned, |_| {}, |_| Ok::<(), Infallible>(()))
-                .ok(),
+            (false, Ok((config, _))) => {
+                let each = |_: &Solution| Ok::<(), Infallible>(());
+                estimate_each(dataset, &config, Keep::Thinned, |_| {}, each).ok()
+            }
             _ => None,
         };
         let (findings, setup) = match &run {
-            Some(run) => dataset.events_and_setup(run),
-            None => (Vec::new(), dataset.check_setup()),
+            Some(run) => events_and_setup(dataset, run),
+            None => (Vec::new(), check_setup(dataset)),
         };
         Self {
             contents: Contents::of(dataset),

@@ -104,6 +104,7 @@ mod tests {
     use std::path::Path;
 
     use hovernav::time::Time;
+    use hovernav_log::estimate;
 
     use super::*;
 
@@ -121,7 +122,7 @@ mod tests {
             let mut whole = dataset.clone();
             whole.withhold(&[*outage], None);
             assert!(whole.fixes.len() < dataset.fixes.len());
-            let run = whole.estimate(&config, |_| {});
+            let run = estimate(&whole, &config, |_| {});
             let expected =
                 outage_drift(&run.solutions, &reference, outage.start, outage.duration_s).unwrap();
             assert_eq!(drift.unwrap().horizontal_m.to_bits(), expected.to_bits());

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use hovernav::ekf::EstimatorConfig;
 use hovernav_formats::{Log, Options, open};
+use hovernav_log::{check_fitness, estimate};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -83,8 +84,8 @@ fn examined(path: &Path, whole: &[String]) -> Outcome {
             None => outcome,
         };
     }
-    let Ok(findings) = dataset.check_fitness(path) else { return Outcome::Refused };
-    let run = dataset.estimate(&EstimatorConfig::default(), |_| {});
+    let Ok(findings) = check_fitness(&dataset, path) else { return Outcome::Refused };
+    let run = estimate(&dataset, &EstimatorConfig::default(), |_| {});
     let wrong = run.solutions.iter().find(|solution| {
         let position = solution.position;
         let sigma = solution.position_sigma_m.to_array();

@@ -102,11 +102,11 @@ fn outages(log: &Judged<'_>, findings: &mut Vec<Finding>) {
 }
 
 fn early(log: &Judged<'_>, findings: &mut Vec<Finding>) {
-    let early = log.dataset.fixes_before_imu();
-    let (Some(first), Some((imu, _))) = (log.dataset.fixes.first(), log.dataset.sample_span())
-    else {
+    let fixes = &log.dataset.fixes;
+    let (Some(first), Some((imu, _))) = (fixes.first(), log.dataset.sample_span()) else {
         return;
     };
+    let early = fixes.iter().take_while(|fix| fix.time < imu).count();
     if early > 0 {
         findings.push(
             Finding::warning(

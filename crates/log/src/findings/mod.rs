@@ -15,6 +15,7 @@ mod inertial;
 mod judged;
 mod lever_arm;
 mod slow;
+mod smoothing;
 pub(crate) mod spans;
 mod steps;
 mod timing;
@@ -39,46 +40,44 @@ use judged::Judged;
 use steps::Witness;
 use timing::MeasuredVelocity;
 
-impl Dataset {
-    /// Events in a `run` over this log, in order of time, each a span with a sentence. Kinds are outages, gaps,
-    /// rejections, repetitions, clipping, shocks, disturbances, and likely errors of the set-up.
-    ///
-    /// If the fixes are inconsistent with the run, a part of it is run again with other set-ups: see [`alternative`].
-    #[must_use]
-    pub fn findings(&self, run: &Run) -> Vec<Finding> {
-        let (mut findings, setup) = self.events_and_setup(run);
-        let setup = setup.into_iter().chain(alternative(self, &run.config, run));
-        let (start_s, end_s) = Judged { dataset: self, run }.span_s().unwrap_or_default();
-        findings.extend(setup.map(|found| found.finding(start_s, end_s)));
-        findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-        findings
-    }
+/// Events in a `run` over `dataset`, in order of time, each a span with a sentence. Kinds are outages, gaps,
+/// rejections, repetitions, clipping, shocks, disturbances, and likely errors of the set-up.
+///
+/// If the fixes are inconsistent with the run, a part of it is run again with other set-ups: see [`alternative`].
+#[must_use]
+pub fn findings(dataset: &Dataset, run: &Run) -> Vec<Finding> {
+    let (mut findings, setup) = events_and_setup(dataset, run);
+    let setup = setup.into_iter().chain(alternative(dataset, &run.config, run));
+    let (start_s, end_s) = Judged { dataset, run }.span_s().unwrap_or_default();
+    findings.extend(setup.map(|found| found.finding(start_s, end_s)));
+    findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    findings
+}
 
-    /// Events in a `run` over this log, in order of time. The second value has the errors of the set-up that need no
-    /// further run.
-    pub(crate) fn events_and_setup(&self, run: &Run) -> (Vec<Finding>, Vec<SetupFinding>) {
-        let log = Judged { dataset: self, run };
-        let Looked { inertial, ends, field, witness, measured, setup, of_unit } = Looked::at(&log);
-        let mut findings = Vec::new();
-        inertial::find(&log, inertial, ends, &mut findings);
-        fixes::find(&log, &mut findings);
-        absent::find(&log, of_unit, &mut findings);
-        barometer::find(&log, &mut findings);
-        gates::find(&log, &mut findings);
-        ground::find(&log, &mut findings);
-        heading::find(&log, field, &mut findings);
-        slow::find(&log, &mut findings);
-        steps::find(&log, witness, &mut findings);
-        timing::find(&log, &measured, &mut findings);
-        lever_arm::find(&log, &mut findings);
-        understated::find(&log, &mut findings);
-        unused::find(&log, &mut findings);
-        contradiction::find(&log, &mut findings);
-        walk::find(&log, &mut findings);
-        wheels::find(&log, &mut findings);
-        findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-        (findings, setup.check(self))
-    }
+/// Events in a `run` over `dataset`, in order of time. The second value has the errors of the set-up that need no
+/// further run.
+pub(crate) fn events_and_setup(dataset: &Dataset, run: &Run) -> (Vec<Finding>, Vec<SetupFinding>) {
+    let log = Judged { dataset, run };
+    let Looked { inertial, ends, field, witness, measured, setup, of_unit } = Looked::at(&log);
+    let mut findings = Vec::new();
+    inertial::find(&log, inertial, ends, &mut findings);
+    fixes::find(&log, &mut findings);
+    absent::find(&log, of_unit, &mut findings);
+    barometer::find(&log, &mut findings);
+    gates::find(&log, &mut findings);
+    ground::find(&log, &mut findings);
+    heading::find(&log, field, &mut findings);
+    slow::find(&log, &mut findings);
+    steps::find(&log, witness, &mut findings);
+    timing::find(&log, &measured, &mut findings);
+    lever_arm::find(&log, &mut findings);
+    understated::find(&log, &mut findings);
+    unused::find(&log, &mut findings);
+    contradiction::find(&log, &mut findings);
+    walk::find(&log, &mut findings);
+    wheels::find(&log, &mut findings);
+    findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    (findings, setup.check(dataset))
 }
 
 /// Results of one or two passes over the inertial samples.

@@ -6,7 +6,7 @@ use hovernav::imu::Motion;
 
 use crate::dataset::Dataset;
 use crate::finding::{AIDS, Sensor, SetupFinding};
-use crate::replay::Run;
+use crate::replay::{Run, estimate};
 
 /// Largest number of samples in a trial run.
 const SAMPLES: usize = 20_000;
@@ -178,7 +178,7 @@ impl Trial {
         let near = dataset.samples().filter(|sample| sample.time >= first_fix).take(SAMPLES);
         let part =
             Dataset { imu: near.collect(), imu_file: None, order: Vec::new(), ..dataset.clone() };
-        let [_, as_it_is] = disagreement(&part.estimate(&config, |_| {})).unwrap_or([MOST; 2]);
+        let [_, as_it_is] = disagreement(&estimate(&part, &config, |_| {})).unwrap_or([MOST; 2]);
         Some(Self { part, config, as_it_is })
     }
 
@@ -195,7 +195,7 @@ impl Trial {
     /// Source of heading without which the fixes are consistent.
     fn denied_aid(&self) -> Option<SetupFinding> {
         AIDS.into_iter().find_map(|(aid, sensor, key)| {
-            let run = self.part.estimate(&without(aid, &self.config, &self.part)?, |_| {});
+            let run = estimate(&self.part, &without(aid, &self.config, &self.part)?, |_| {});
             let found = Self::judged(&run).filter(|found| self.is_right(*found))?;
             Some(SetupFinding {
                 sensor,
@@ -216,7 +216,7 @@ impl Trial {
     fn axes(&self) -> Option<SetupFinding> {
         let upright = ALTERNATIVES.iter().filter(|other| other.is_upright(&self.part));
         let tried = upright.filter_map(|other| {
-            let run = other.applied(&self.part).estimate(&self.config, |_| {});
+            let run = estimate(&other.applied(&self.part), &self.config, |_| {});
             Some((Self::judged(&run)?, other))
         });
         let (found, best) = tried.min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;

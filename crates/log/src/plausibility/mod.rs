@@ -35,16 +35,14 @@ pub(crate) use alternatives::denied_aid;
 pub(crate) use regression::Scale;
 pub(crate) use unmeasured::Unmeasured;
 
-impl Dataset {
-    /// Set-up errors of this log, the certain ones first: see [`SetupFinding`]. Reads no reference and runs no filter.
-    #[must_use]
-    pub fn check_setup(&self) -> Vec<SetupFinding> {
-        let mut look = SetupLook::default();
-        for (sample, rates) in with_rates(self.samples()) {
-            look.push(&sample, rates.as_ref());
-        }
-        look.check(self)
+/// Set-up errors of `dataset`, the certain ones first: see [`SetupFinding`]. Reads no reference and runs no filter.
+#[must_use]
+pub fn check_setup(dataset: &Dataset) -> Vec<SetupFinding> {
+    let mut look = SetupLook::default();
+    for (sample, rates) in with_rates(dataset.samples()) {
+        look.push(&sample, rates.as_ref());
     }
+    look.check(dataset)
 }
 
 /// Statistics of the inertial samples that the checks of the set-up need, gathered sample by sample.
@@ -72,7 +70,7 @@ impl SetupLook {
         }
     }
 
-    /// Judges the set-up of `dataset`, whose samples have been pushed: see [`Dataset::check_setup`].
+    /// Judges the set-up of `dataset`, whose samples have been pushed: see [`check_setup`].
     pub fn check(mut self, dataset: &Dataset) -> Vec<SetupFinding> {
         if !dataset.magnetometer.is_empty() {
             self.field = Field::default();
@@ -100,20 +98,19 @@ impl SetupLook {
     }
 }
 
-impl Dataset {
-    /// Rejects a log whose set-up is certainly wrong; `path` names it in the message. Returns the certain errors of
-    /// sensors that [can be ignored](SetupFinding::can_be_ignored), for [`ignore`](Self::ignore).
-    ///
-    /// # Errors
-    /// [`LogError::Setup`] with all certain errors, their likely causes and remedies.
-    pub fn ensure_possible(&self, path: &Path) -> Result<Vec<SetupFinding>, LogError> {
-        let certain = self.check_setup().into_iter().filter(|finding| finding.is_certain);
-        let (aids, findings): (Vec<_>, Vec<_>) = certain.partition(SetupFinding::can_be_ignored);
-        if findings.is_empty() {
-            return Ok(aids);
-        }
-        Err(LogError::Setup { path: path.to_path_buf(), findings })
+/// Rejects a `dataset` whose set-up is certainly wrong; `path` names it in the message. Returns the certain errors of
+/// sensors that [can be ignored](SetupFinding::can_be_ignored), for [`ignore`](crate::ignore).
+///
+/// # Errors
+/// [`LogError::Setup`] with all certain errors, their likely causes and remedies.
+pub fn ensure_possible(dataset: &Dataset, path: &Path) -> Result<Vec<SetupFinding>, LogError> {
+    let certain = check_setup(dataset).into_iter().filter(|finding| finding.is_certain);
+    let (aids, findings): (Vec<_>, Vec<_>) = certain.partition(SetupFinding::can_be_ignored);
+    if findings.is_empty() {
+        return Ok(aids);
     }
+    let findings = findings.iter().map(ToString::to_string).collect();
+    Err(LogError::Setup { path: path.to_path_buf(), findings })
 }
 
 /// Finding for gyro rates in degrees: the gyros report turns of which gravity shows only a small part.

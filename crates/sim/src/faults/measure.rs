@@ -102,7 +102,7 @@ fn compare(solution: &Solution, reference: &Reference) -> Compared {
         time_s: solution.time.seconds(),
         errors: AXES.map(|axis| errors[axis as usize]),
         sigmas: AXES
-            .map(|axis| sigmas[axis as usize].unwrap_or(f64::NAN).hypot(reference.own_sigma(axis))),
+            .map(|axis| sigmas[axis as usize].unwrap_or(f64::NAN).hypot(axis.own_sigma(reference))),
     }
 }
 
