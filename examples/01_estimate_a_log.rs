@@ -5,7 +5,9 @@
 use std::error::Error;
 use std::path::Path;
 
-use hovernav_log::{Axis, Dataset, Reference, estimate, score};
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_replay::estimate;
+use hovernav_score::{Axis, score};
 
 /// Axes that are compared with the reference of the dataset; the estimator never reads it.
 const AXES: [Axis; 3] = [Axis::VelocityNorth, Axis::VelocityEast, Axis::VelocityDown];

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use hovernav_findings::Survey;
 use hovernav_formats::Log;
-use hovernav_log::Survey;
 #[cfg(feature = "record")]
 use hovernav_record::RecordInfo;
 

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use anyhow::{anyhow, ensure};
+use hovernav_dataset::{Dataset, LogError};
 use hovernav_formats::{Log, Options};
-use hovernav_log::{Dataset, LogError, smoothing_bytes};
+use hovernav_replay::smoothing_bytes;
 
 /// Memory for a page and files, in addition to the log, bytes.
 const RESERVE: u64 = 64 << 20;

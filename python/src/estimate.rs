@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use hovernav::time::Time;
 use hovernav_formats::{Changes, Options, Pass};
-use hovernav_log::Outage;
+use hovernav_dataset::Outage;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 

@@ -5,7 +5,8 @@ use hovernav::autopilot::{Mode, Reason, SetPoint};
 use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Vector, wrap_angle};
-use hovernav_log::{Dataset, estimate};
+use hovernav_dataset::Dataset;
+use hovernav_replay::estimate;
 use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent, FlightSample, WindConfig};
 
 use crate::{STATES, STOP, allowed_s, autopilot, disturbances, settled_s};

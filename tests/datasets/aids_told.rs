@@ -3,7 +3,9 @@
 use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Finding, FindingKind, Sensor, check_setup, estimate, findings};
+use hovernav_dataset::Dataset;
+use hovernav_findings::{Finding, FindingKind, Sensor, check_setup, findings};
+use hovernav_replay::estimate;
 use hovernav_sim::{
     BaroConfig, DmuConfig, FlightPlan, GpsConfig, SimulatedBaro, fly, sensor_manifest,
 };

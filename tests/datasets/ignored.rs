@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Rotation, Vector, wrap_angle};
 use hovernav::gps::AntennaHeading;
-use hovernav_log::{
-    Dataset, Sensor, SetupFinding, check_fitness, estimate, ignore, ignore_inconsistent,
-};
+use hovernav_dataset::Dataset;
+use hovernav_findings::{Sensor, SetupFinding, check_fitness, ignore, ignore_inconsistent};
+use hovernav_replay::estimate;
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Recording, fly, sensor_manifest};
 
 fn heli_hover() -> PathBuf {

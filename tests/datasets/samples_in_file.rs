@@ -4,9 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hovernav::time::Time;
-use hovernav_log::{
-    Dataset, Finding, Keep, Reference, Run, check_setup, estimate_each, findings, smooth,
-};
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_findings::{Finding, check_setup, findings};
+use hovernav_replay::{Keep, Run, estimate_each, smooth};
 use hovernav_testing::shared;
 
 fn heli_hover() -> PathBuf {

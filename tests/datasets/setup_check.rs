@@ -8,9 +8,9 @@ use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{
-    Dataset, LogError, Sensor, alternative, check_fitness, check_setup, ensure_possible, estimate,
-};
+use hovernav_dataset::{Dataset, LogError};
+use hovernav_findings::{Sensor, alternative, check_fitness, check_setup, ensure_possible};
+use hovernav_replay::estimate;
 use hovernav_sim::faults::{Fault, Log};
 use hovernav_testing::{FLIGHTS, shared};
 use rand_chacha::rand_core::SeedableRng;

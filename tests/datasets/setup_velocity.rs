@@ -5,10 +5,10 @@ use std::path::Path;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;
-use hovernav_log::{
-    Dataset, Reference, SetupFinding, axis_errors, check_fitness, check_setup, ensure_possible,
-    estimate, ignore,
-};
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_findings::{SetupFinding, check_fitness, check_setup, ensure_possible, ignore};
+use hovernav_replay::estimate;
+use hovernav_score::axis_errors;
 use hovernav_sim::faults::{Fault, Log};
 use hovernav_testing::shared;
 use rand_chacha::ChaCha8Rng;
@@ -136,10 +136,10 @@ fn errors(mut dataset: Dataset, reference: &Reference) -> ([f64; 2], Vec<SetupFi
     let run = estimate(&dataset, &config, |_| {});
     let largest = run.solutions.iter().fold([0.0; 2], |[place, velocity]: [f64; 2], solution| {
         let off = axis_errors(solution, reference);
-        let size = |axes: [hovernav_log::Axis; 3]| {
+        let size = |axes: [hovernav_score::Axis; 3]| {
             axes.into_iter().map(|axis| off[axis as usize].powi(2)).sum::<f64>().sqrt()
         };
-        use hovernav_log::Axis::{Down, East, North, VelocityDown, VelocityEast, VelocityNorth};
+        use hovernav_score::Axis::{Down, East, North, VelocityDown, VelocityEast, VelocityNorth};
         [
             place.max(size([North, East, Down])),
             velocity.max(size([VelocityNorth, VelocityEast, VelocityDown])),

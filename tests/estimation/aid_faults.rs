@@ -5,9 +5,11 @@ use std::path::Path;
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::HoverConfig;
 use hovernav::ins::HeadingSource;
+use hovernav_dataset::{Dataset, Truth};
 use hovernav_design::hover::HoverDesign;
-use hovernav_log::{Dataset, Run, Sensor, Truth, findings};
+use hovernav_findings::{Sensor, findings};
 use hovernav_model::shipped;
+use hovernav_replay::Run;
 use hovernav_sim::faults::{CATALOGUE, Log};
 use hovernav_sim::{AntennasConfig, FlightConfig, RangefinderConfig};
 
@@ -31,7 +33,7 @@ fn hover(dir: &Path) -> Vec<Truth> {
 fn estimate(dir: &Path) -> (Dataset, Run) {
     let mut dataset = Dataset::open(dir).unwrap();
     let config = dataset.settings().unwrap();
-    let run = hovernav_log::estimate(&dataset, &config, |_| {});
+    let run = hovernav_replay::estimate(&dataset, &config, |_| {});
     (dataset, run)
 }
 

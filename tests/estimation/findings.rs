@@ -5,9 +5,11 @@ use std::path::Path;
 use hovernav::autopilot::HoverConfig;
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
+use hovernav_dataset::Dataset;
 use hovernav_design::hover::HoverDesign;
-use hovernav_log::{Dataset, Finding, FindingKind, Severity, estimate, sentences};
+use hovernav_findings::{Finding, FindingKind, Severity, sentences};
 use hovernav_model::shipped;
+use hovernav_replay::estimate;
 use hovernav_sim::FlightConfig;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::faults::{Fault, Log};
@@ -25,7 +27,7 @@ fn findings(faults: &[&str]) -> Vec<Finding> {
     let mut dataset = Dataset::open(dir.path()).unwrap();
     let config = dataset.settings().unwrap();
     let run = estimate(&dataset, &config, |_| {});
-    hovernav_log::findings(&dataset, &run)
+    hovernav_findings::findings(&dataset, &run)
 }
 
 #[test]
@@ -47,7 +49,7 @@ fn a_simulated_hover_without_fault_gives_no_warning() {
         let (mut dataset, _) = config.fly().unwrap().dataset();
         let settings = dataset.settings().unwrap();
         let run = estimate(&dataset, &settings, |_| {});
-        assert_eq!(sentences(&hovernav_log::findings(&dataset, &run)), [""; 0], "seed {seed}");
+        assert_eq!(sentences(&hovernav_findings::findings(&dataset, &run)), [""; 0], "seed {seed}");
     }
 }
 
@@ -63,8 +65,9 @@ fn real_flights_give_no_warning_but_of_their_gps_and_their_gaps() {
         let mut dataset = Dataset::open(&dir).unwrap();
         let config = dataset.settings().unwrap();
         let run = estimate(&dataset, &config, |_| {});
-        for finding in
-            hovernav_log::findings(&dataset, &run).iter().filter(|finding| finding.is_warning())
+        for finding in hovernav_findings::findings(&dataset, &run)
+            .iter()
+            .filter(|finding| finding.is_warning())
         {
             assert!(allowed.contains(&finding.kind), "{name}: {}", finding.words);
         }
@@ -133,7 +136,7 @@ fn fixes_that_are_off_by_more_than_the_filter_follows_are_found_by_when_the_vehi
             }
             let config = dataset.settings().unwrap();
             let run = estimate(&dataset, &config, |_| {});
-            let found = hovernav_log::findings(&dataset, &run);
+            let found = hovernav_findings::findings(&dataset, &run);
             let told = found
                 .iter()
                 .find(|finding| finding.kind == FindingKind::TimeOffset)
@@ -170,7 +173,7 @@ fn a_clock_of_the_samples_that_does_not_run_at_the_rate_of_the_fixes_is_reported
         }
         let config = dataset.settings().unwrap();
         let run = estimate(&dataset, &config, |_| {});
-        let found = hovernav_log::findings(&dataset, &run);
+        let found = hovernav_findings::findings(&dataset, &run);
         let told = found.iter().find(|finding| finding.kind == FindingKind::ClockRate).unwrap();
         let (_, rate) = told.words.split_once("its clock runs ").unwrap();
         let (percent, side) = rate.split_once(" % ").unwrap();
@@ -207,7 +210,7 @@ fn a_receiver_that_states_a_third_of_what_it_scatters_by_is_named() {
     }
     let config = dataset.settings().unwrap();
     let run = estimate(&dataset, &config, |_| {});
-    let found = hovernav_log::findings(&dataset, &run);
+    let found = hovernav_findings::findings(&dataset, &run);
     let named = found.iter().find(|finding| finding.kind == FindingKind::Understated);
     let Some(finding) = named else { panic!("{:?}", sentences(&found)) };
     assert!(finding.is_warning() && finding.words.contains("understates the one-sigmas of its"));

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use hovernav_log::{Dataset, estimate};
+use hovernav_dataset::Dataset;
+use hovernav_replay::estimate;
 use hovernav_sim::faults::{CATALOGUE, Campaign, Fault, Flight, Log, Outcome, csv, standard_cells};
 
 fn log_dir() -> &'static Path {

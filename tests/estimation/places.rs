@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use hovernav_log::{Dataset, estimate};
+use hovernav_dataset::Dataset;
+use hovernav_replay::estimate;
 use hovernav_testing::shared;
 
 /// RMS horizontal distance, m, of a solution from its fixes.

@@ -4,8 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use hovernav::ekf::Solution;
-use hovernav_log::{Dataset, smooth};
+use hovernav_dataset::Dataset;
 use hovernav_model::Verdict;
+use hovernav_replay::smooth;
 use hovernav_sysid::helicopter::{
     FlightRecord, FrequencyDomain, Identification, ModelStructure, Velocity, identify,
 };

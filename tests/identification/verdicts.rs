@@ -5,8 +5,8 @@
 
 use hovernav::autopilot::HoverConfig;
 use hovernav_design::hover::HoverDesign;
-use hovernav_log::smooth;
 use hovernav_model::{Grade, Verdict, shipped};
+use hovernav_replay::smooth;
 use hovernav_sim::{Feedback, FlightConfig, FlightEvent, WindConfig};
 
 use crate::data;

@@ -11,13 +11,14 @@ use hovernav::gps::Protocol;
 use hovernav::servo::packet::ServoPacket;
 use hovernav::telemetry::{Snapshot, SystemMode, frame};
 use hovernav::time::Time;
+use hovernav_dataset::Dataset;
 use hovernav_fly::devices::{Device, RecordedDevice};
 use hovernav_fly::play;
 use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_fly::serial::Clock;
 use hovernav_fly::{FlightReport, Notification, fly};
-use hovernav_log::{Dataset, estimate};
 use hovernav_record::{FlyConfig, FlyConfigError, Level, Record};
+use hovernav_replay::estimate;
 
 fn hover() -> Dataset {
     Dataset::open(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover").as_ref()).unwrap()

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use approx::assert_abs_diff_eq;
 use hovernav::event::Event;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Outage, estimate};
+use hovernav_dataset::{Dataset, Outage};
 use hovernav_record::{Call, Entry, Level, Line, Part, Record, Recorder, ShortText};
+use hovernav_replay::estimate;
 
 use crate::flight::{START, fly, header};
 

@@ -5,7 +5,8 @@ use std::path::Path;
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Smoother};
 use hovernav::event::Event;
-use hovernav_log::{Dataset, Keep, estimate, estimate_each, smooth, smoothing_bytes};
+use hovernav_dataset::Dataset;
+use hovernav_replay::{Keep, estimate, estimate_each, smooth, smoothing_bytes};
 
 fn heli_hover() -> Dataset {
     Dataset::open(&Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/heli-hover")).unwrap()

@@ -5,7 +5,9 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::{EstimatorConfig, Solution};
 use hovernav::frames::Vector;
 use hovernav::imu::Motion;
-use hovernav_log::{Axis, Dataset, Reference, score, smooth};
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_replay::smooth;
+use hovernav_score::{Axis, score};
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
 use hovernav_testing::shared;
 

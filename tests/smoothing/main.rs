@@ -12,8 +12,10 @@ use hovernav::ekf::{EkfConfig, EstimatorConfig, Solution};
 use hovernav::frames::{Vector, wrap_angle};
 use hovernav::ins::HeadingSource;
 use hovernav::time::Time;
-use hovernav_log::{Axis, Dataset, Outage, Reference, Score, score};
-use hovernav_log::{Truth, smooth};
+use hovernav_dataset::Truth;
+use hovernav_dataset::{Dataset, Outage, Reference};
+use hovernav_replay::smooth;
+use hovernav_score::{Axis, Score, score};
 use hovernav_sim::{
     AttitudeConfig, DmuConfig, FlightPlan, GpsConfig, HorizontalVertical, Recording, Trajectory,
     fly,

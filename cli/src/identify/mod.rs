@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
+use hovernav_findings::{Finding, sentences};
 use hovernav_formats::{Log, Options};
-use hovernav_log::{Finding, SmoothedRun, sentences, smooth};
 use hovernav_model::Grade;
+use hovernav_replay::{SmoothedRun, smooth};
 use hovernav_sysid::helicopter::{
     FlightRecord, FrequencyDomain, ModelStructure, Velocity, flight_warnings, identify,
     solutions_for,

@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use hovernav_dataset::Dataset;
+use hovernav_findings::findings;
 use hovernav_formats::RunSummary;
-use hovernav_log::{Dataset, Run, findings};
 use hovernav_model::{Grade, Verdict};
+use hovernav_replay::Run;
 use hovernav_sysid::helicopter::{FrequencyDomain, Identification, IdentifyError};
 use hovernav_sysid::methods::frequency::FrequencyError;
 use hovernav_sysid::methods::prediction_error::{Estimate, Fit};

@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::ensure;
+use hovernav_dataset::LogError;
 use hovernav_formats::Options;
-use hovernav_log::{LogError, estimate};
 use hovernav_record::Record;
+use hovernav_replay::estimate;
 
 use self::page::RecordPage;
 use self::summary::RecordSummary;

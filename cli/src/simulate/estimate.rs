@@ -4,9 +4,12 @@ use std::path::Path;
 
 use hovernav::ekf::Innovation;
 use hovernav::time::Time;
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_findings::findings;
 use hovernav_formats::RunSummary;
-use hovernav_log::{Apart, Dataset, Reference, Run, Score, estimate, findings, innovations, score};
 use hovernav_pages::flight::{self, FlightData};
+use hovernav_replay::{Run, estimate};
+use hovernav_score::{Apart, Score, innovations, score};
 
 use crate::output;
 

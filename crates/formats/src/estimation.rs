@@ -10,11 +10,12 @@ use crate::summary::{OutageDrift, RunSummary};
 use hovernav::ekf::{EstimatorConfig, Solution};
 use hovernav::ins::HeadingSource;
 use hovernav::time::Time;
-use hovernav_log::{
-    Apart, Dataset, Finding, Keep, LogError, Outage, Reference, Run, Score, SetupFinding,
-    check_fitness, estimate_each, findings, ignore, ignore_inconsistent, innovations, outage_drift,
-    score, smooth_keeping, thin,
+use hovernav_dataset::{Dataset, LogError, Outage, Reference};
+use hovernav_findings::{
+    Finding, SetupFinding, check_fitness, findings, ignore, ignore_inconsistent,
 };
+use hovernav_replay::{Keep, Run, estimate_each, smooth_keeping, thin};
+use hovernav_score::{Apart, Score, innovations, outage_drift, score};
 
 /// Changes of a log for one estimation.
 #[derive(Clone, Copy, Debug, Default)]

@@ -11,7 +11,8 @@ use std::iter::once;
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Solution};
 use hovernav::event::Event;
-use hovernav_log::{Axis, Dataset, Outage, Reference, outage_drift, score};
+use hovernav_dataset::{Dataset, Outage, Reference};
+use hovernav_score::{Axis, outage_drift, score};
 use rayon::prelude::*;
 
 /// Drift of the solution in a window without GPS.
@@ -104,7 +105,7 @@ mod tests {
     use std::path::Path;
 
     use hovernav::time::Time;
-    use hovernav_log::estimate;
+    use hovernav_replay::estimate;
 
     use super::*;
 

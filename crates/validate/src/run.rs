@@ -5,14 +5,14 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use hovernav::ekf::{EstimatorConfig, Solution};
+use hovernav_dataset::statistics::quantile;
+use hovernav_dataset::{Dataset, LogError, Outage, Reference};
+use hovernav_findings::{Finding, SetupFinding};
+use hovernav_findings::{check_fitness, findings, ignore, ignore_inconsistent};
 use hovernav_formats::{Log, Onboard, Options};
-use hovernav_log::{
-    Dataset, Finding, Keep, LogError, Outage, Reference, Run, SetupFinding, Statistics, score, thin,
-};
-use hovernav_log::{
-    check_fitness, estimate_each, findings, ignore, ignore_inconsistent, smooth_keeping,
-    statistics::quantile,
-};
+use hovernav_replay::{Keep, Run, thin};
+use hovernav_replay::{estimate_each, smooth_keeping};
+use hovernav_score::{Statistics, score};
 use rayon::prelude::*;
 
 use crate::outages::{Drift, drifts};

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::ekf::Solution;
-use hovernav_log::{
-    Axis, Dataset, Reference, axis_errors, axis_sigmas, check_fitness, estimate, ignore,
-    ignore_inconsistent,
-};
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_findings::{check_fitness, ignore, ignore_inconsistent};
+use hovernav_replay::estimate;
+use hovernav_score::{Axis, axis_errors, axis_sigmas};
 
 use super::flights::Case;
 

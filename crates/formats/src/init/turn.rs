@@ -7,7 +7,8 @@ use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{Dataset, estimate};
+use hovernav_dataset::Dataset;
+use hovernav_replay::estimate;
 
 /// Largest number of samples that a trial of the filter uses.
 const TRIAL_SAMPLES: usize = 60_000;

@@ -9,8 +9,9 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use hovernav::ekf::EstimatorConfig;
+use hovernav_findings::check_fitness;
 use hovernav_formats::{Log, Options, open};
-use hovernav_log::{check_fitness, estimate};
+use hovernav_replay::estimate;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 

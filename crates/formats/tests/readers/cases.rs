@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use hovernav_dataset::Dataset;
+use hovernav_findings::check_setup;
 use hovernav_formats::{Log, Options, Proposal, open};
-use hovernav_log::{Dataset, check_setup};
 use hovernav_testing::shared;
 
 fn case(name: &str) -> Option<PathBuf> {

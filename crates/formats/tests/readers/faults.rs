@@ -6,7 +6,7 @@ use std::fs;
 use hovernav_formats::{Log, Options, Proposal, open, open_bytes};
 
 use crate::alike::{Flight, dataflash, mcap, message, tables, ulog, warns, written};
-use hovernav_log::check_fitness;
+use hovernav_findings::check_fitness;
 
 fn of_bytes(bytes: &[u8]) -> Log {
     open_bytes(bytes, "log".as_ref(), &Options::default()).unwrap()

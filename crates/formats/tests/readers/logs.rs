@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use hovernav::time::Time;
+use hovernav_dataset::Dataset;
+use hovernav_findings::check_fitness;
 use hovernav_formats::{Format, Log, Options, open};
-use hovernav_log::{Dataset, check_fitness, estimate};
+use hovernav_replay::estimate;
 use hovernav_testing::shared;
 
 fn read(name: &str) -> Option<Log> {

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use approx::assert_abs_diff_eq;
 use hovernav::ekf::Solution;
+use hovernav_dataset::Dataset;
 use hovernav_formats::{Format, Options, Proposal, open};
-use hovernav_log::{Dataset, estimate};
+use hovernav_replay::estimate;
 
 const ORIGINAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
 

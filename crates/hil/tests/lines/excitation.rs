@@ -6,7 +6,7 @@ use hovernav_sysid::helicopter::{
 };
 
 use crate::common::{Setup, all_flown, flown};
-use hovernav_log::smooth;
+use hovernav_replay::smooth;
 
 const PEDAL: &str = "[autopilot.excitation]\nfirst_s = 4.0\npause_s = 3.0\n\
     [[autopilot.excitation.inputs]]\nstick = 'pedal'\nkind = 'doublet'\ntimes = 2\n\

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use hovernav::ekf::{EkfConfig, EstimatorConfig, Mechanisms};
-use hovernav_log::{Dataset, LogError, check_fitness, estimate, ignore};
+use hovernav_dataset::{Dataset, LogError};
+use hovernav_findings::{check_fitness, ignore};
+use hovernav_replay::estimate;
 use rayon::prelude::*;
 
 use super::campaign::{name, scratch};

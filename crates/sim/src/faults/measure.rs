@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use hovernav::ekf::Solution;
 use hovernav::frames::wrap_angle;
-use hovernav_log::{Axis, Reference, axis_errors, axis_sigmas};
+use hovernav_dataset::Reference;
+use hovernav_score::{Axis, axis_errors, axis_sigmas};
 use serde::Serialize;
 
 use super::window::Window;

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use hovernav_log::{
-    Dataset, LogError, Run, check_fitness, findings, ignore, ignore_inconsistent, sentences,
-};
+use hovernav_dataset::{Dataset, LogError};
+use hovernav_findings::{check_fitness, findings, ignore, ignore_inconsistent, sentences};
+use hovernav_replay::Run;
 
 /// Runs the estimator on `dataset` with the settings of its own manifest. The warnings are those of reading and of the
 /// run.
@@ -16,10 +16,10 @@ pub(super) fn estimate(mut dataset: Dataset) -> Result<(Run, Vec<String>), LogEr
     let denied = check_fitness(&dataset, &path)?;
     let mut ignored = ignore(&mut dataset, denied);
     let config = dataset.settings()?;
-    let mut run = hovernav_log::estimate(&dataset, &config, |_| {});
+    let mut run = hovernav_replay::estimate(&dataset, &config, |_| {});
     let without = ignore_inconsistent(&mut dataset, &config, &run);
     if !without.is_empty() {
-        run = hovernav_log::estimate(&dataset, &config, |_| {});
+        run = hovernav_replay::estimate(&dataset, &config, |_| {});
         ignored.extend(without);
     }
     let mut warnings = std::mem::take(&mut dataset.warnings);
