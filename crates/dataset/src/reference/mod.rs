@@ -6,8 +6,7 @@ pub(crate) mod truth;
 
 use std::path::Path;
 
-use crate::clock::ordered;
-use crate::clock::ordered::{Gathered, TimedRows};
+use crate::clock::ordered::{self, Gathered, TimedRows};
 use crate::clock::steps::ClockSteps;
 use crate::error::LogError;
 use crate::manifest::Manifest;

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::clock::Order;
-use crate::clock::ordered;
-use crate::clock::ordered::{Gathered, TimedRows};
+use crate::clock::ordered::{self, Gathered, TimedRows};
 use crate::clock::steps::ClockSteps;
 use crate::error::LogError;
 use crate::table::remarks::Remarks;

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::clock::ordered;
-use crate::clock::ordered::{Gathered, Passing, TimedRows as _};
+use crate::clock::ordered::{self, Gathered, Passing, TimedRows as _};
 use crate::clock::steps::ClockSteps;
 use crate::clock::{Gaps, Order};
 use crate::error::LogError;
