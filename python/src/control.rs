@@ -8,10 +8,10 @@ use hovernav::autopilot::HoverConfig;
 use hovernav::earth::Geodetic;
 use hovernav_design::CheckedDesign;
 use hovernav_design::hover::{HoverDesign, Wanted};
-use hovernav_formats::Options;
 use hovernav_findings::{check_fitness, ensure_possible};
-use hovernav_replay::smooth;
+use hovernav_formats::Options;
 use hovernav_model::{StateSpace, TimeDomain, shipped};
+use hovernav_replay::smooth;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{FlightConfig, FlightEvent};
 use hovernav_sysid::helicopter::{
