@@ -15,7 +15,8 @@ use hovernav_replay::smooth;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{FlightConfig, FlightEvent};
 use hovernav_sysid::helicopter::{
-    FlightRecord, FrequencyDomain, ModelStructure, Velocity, identify as fit, solutions_for,
+    FlightRecord, FrequencyDomain, ModelStructure, Request, Velocity, identify as fit,
+    solutions_for,
 };
 use numpy::PyArray2;
 use pyo3::prelude::*;
@@ -183,6 +184,8 @@ impl Model {
 /// structure : str or path, optional
 ///     Structure of the model: a name, or a TOML file; `hovernav identify --list` prints both. By default "hybrid", or
 ///     "multirotor" for a vehicle whose rotors do not flap. Without GPS it is "rates".
+/// speed_mps : float, optional
+///     Forward speed of the flight to identify from, m/s. By default that of the structure: hover.
 /// config : path or dict, optional
 ///     Settings that override those of the log.
 ///
@@ -196,11 +199,12 @@ impl Model {
 /// ModelError
 ///     If no model can be identified; the message states the reason.
 #[pyfunction]
-#[pyo3(signature = (log, *, structure=None, config=None))]
+#[pyo3(signature = (log, *, structure=None, speed_mps=None, config=None))]
 pub fn identify(
     py: Python<'_>,
     log: &Bound<'_, PyAny>,
     structure: Option<PathBuf>,
+    speed_mps: Option<f64>,
     config: Option<&Bound<'_, PyAny>>,
 ) -> Result<Model> {
     let parsed = structure.map(|own| own.to_string_lossy().parse::<ModelStructure>());
@@ -231,12 +235,13 @@ pub fn identify(
             ));
         }
         let found =
-            fit(&dataset, &solutions, structure, Velocity::Estimated).map_err(|why| named(&why))?;
+            fit(&dataset, &solutions, Request { structure, speed_mps }, Velocity::Estimated)
+                .map_err(|why| named(&why))?;
         let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)
             .map_err(|why| named(&why))?;
         let frequency = FrequencyDomain::of(&found, &flight);
         let verdict = found.verdict(frequency.as_ref().ok());
-        let vehicle = found.identified.vehicle().map_err(|why| named(&why))?;
+        let vehicle = found.vehicle().map_err(|why| named(&why))?;
         Ok(Model(vehicle.with_source(&found.source(&dataset.manifest.name)).with_verdict(verdict)))
     })
 }
@@ -281,25 +286,44 @@ impl Autopilot {
 
 /// Design a hover autopilot for a model, as `hovernav design` does. A search finds the weights of the design.
 ///
+/// Parameters
+/// ----------
+/// model : Model
+///     The vehicle in hover.
+/// at : sequence of Model, optional
+///     The vehicle in forward flight. The gains keep their margins from hover to the fastest of these models, and the
+///     autopilot may fly at its speed.
+///
 /// Raises
 /// ------
 /// ModelError
 ///     If the model must not be flown or lacks axes needed for hover, or if the loops are unstable.
 #[pyfunction]
-pub fn design(py: Python<'_>, model: &Bound<'_, Model>) -> Result<Autopilot> {
+#[pyo3(signature = (model, *, at=vec![]))]
+pub fn design(
+    py: Python<'_>,
+    model: &Bound<'_, Model>,
+    at: Vec<Bound<'_, Model>>,
+) -> Result<Autopilot> {
     let model = &model.get().0;
-    if let Some(why) = model.unflyable() {
-        return Err(Error::Model(format!("{}: {why}", model.name())));
+    let ahead: Vec<StateSpace> = at.iter().map(|own| own.get().0.clone()).collect();
+    for model in ahead.iter().chain([model]) {
+        if let Some(why) = model.unflyable() {
+            return Err(Error::Model(format!("{}: {why}", model.name())));
+        }
     }
     py.detach(|| {
-        let search = HoverDesign::for_model(model).searched(model, &Wanted::default());
+        let search = HoverDesign::for_model(model).searched_with(model, &ahead, &Wanted::default());
         let named = |why: &dyn Display| Error::Model(format!("{}: {why}", model.name()));
         let design = search.map_err(|why| named(&why))?.design;
-        let checked = CheckedDesign::new(model.clone(), design).map_err(|why| named(&why))?;
+        let mut checked = CheckedDesign::new(model.clone(), design).map_err(|why| named(&why))?;
+        if !ahead.is_empty() {
+            checked = checked.with_forward(&ahead).map_err(|why| named(&why))?;
+        }
         if let Some((mode, _)) = checked.modes.iter().find(|(_, margins)| margins.is_none()) {
             return Err(named(&format!("the loops are unstable in the mode {}", mode.name())));
         }
-        let config = HoverConfig::new(checked.design.period_s, checked.gains);
+        let config = checked.autopilot();
         let remark = format!("Designed by hovernav for {}.", model.name());
         Ok(Autopilot { config, remark })
     })

@@ -4,6 +4,7 @@ use super::check::{self, ConfigError};
 use super::maneuver::Maneuver;
 use crate::controls::Sticks;
 use crate::ekf::Solution;
+use crate::frames::{Ned, Vector};
 use crate::scalar::{Readable, Scalar};
 
 /// A test input added to the autopilot's commands.
@@ -24,7 +25,7 @@ pub struct ExcitationLimits {
     pub tilt_rad: f64,
     /// Largest angular rate about any axis, rad/s.
     pub rate_radps: f64,
-    /// Largest speed over ground, m/s.
+    /// Largest deviation from the velocity that guidance commands, m/s.
     pub speed_mps: f64,
     /// Largest rate of the stick, full travels a second. The input rises and falls at most at this rate, and ends when
     /// the stick has returned.
@@ -51,7 +52,7 @@ pub enum ExcitationAbort {
     Tilt,
     /// An angular rate beyond the limit.
     Rate,
-    /// Speed beyond the limit.
+    /// Velocity further from the commanded one than the limit.
     Speed,
 }
 
@@ -62,7 +63,7 @@ impl core::fmt::Display for ExcitationAbort {
             Self::Mode => "velocity is no longer held",
             Self::Tilt => "roll or pitch went beyond its limit",
             Self::Rate => "an angular rate went beyond its limit",
-            Self::Speed => "the speed went beyond its limit",
+            Self::Speed => "the deviation from the commanded velocity went beyond its limit",
         })
     }
 }
@@ -182,10 +183,10 @@ impl Exciter {
     }
 
     /// Returns the value to add to the sticks over the next `period_s`, and the reason if the test input ended early.
-    /// `flown` is the estimate; `None` while the autopilot does not hold velocity.
+    /// `flown` is the estimate and the commanded velocity; `None` while the autopilot does not hold velocity.
     pub fn step<T: Scalar>(
         &mut self,
-        flown: Option<&Solution<T>>,
+        flown: Option<(&Solution<T>, Vector<Ned, T>)>,
         period_s: f64,
     ) -> (Sticks, Option<ExcitationAbort>) {
         let Some(running) = self.running else { return (Sticks::NEUTRAL, None) };
@@ -212,8 +213,11 @@ impl Exciter {
 impl ExcitationLimits {
     /// The limit that the estimate exceeds, if any. Without an estimate the reason is that the autopilot does not hold
     /// velocity.
-    fn crossed<T: Scalar>(&self, flown: Option<&Solution<T>>) -> Option<ExcitationAbort> {
-        let Some(solution) = flown else { return Some(ExcitationAbort::Mode) };
+    fn crossed<T: Scalar>(
+        &self,
+        flown: Option<(&Solution<T>, Vector<Ned, T>)>,
+    ) -> Option<ExcitationAbort> {
+        let Some((solution, commanded_mps)) = flown else { return Some(ExcitationAbort::Mode) };
         let [roll_rad, pitch_rad, _] = solution.body_to_ned.angles();
         let rates = solution.angular_rate_radps.to_array();
         // Written so that NaN exceeds every limit.
@@ -222,7 +226,7 @@ impl ExcitationLimits {
             Some(ExcitationAbort::Tilt)
         } else if !rates.iter().all(|rate| within(*rate, self.rate_radps)) {
             Some(ExcitationAbort::Rate)
-        } else if !within(solution.velocity_mps.norm(), self.speed_mps) {
+        } else if !within((solution.velocity_mps - commanded_mps).norm(), self.speed_mps) {
             Some(ExcitationAbort::Speed)
         } else {
             None

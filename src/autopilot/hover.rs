@@ -299,7 +299,8 @@ impl<T: Scalar> HoverAutopilot<T> {
         // The loops do not receive the test input; they respond to its effect on the vehicle, as to a gust.
         self.advance();
         let held = flown.filter(|_| self.mode().holds_velocity());
-        let held = held.map(|flown| flown.solution);
+        let (commanded_mps, _) = self.guidance.reference();
+        let held = held.map(|flown| (flown.solution, commanded_mps));
         let (added, aborted) = self.exciter.step(held, self.config.period_s);
         let added = added.cast();
         let sticks = if added == Sticks::NEUTRAL {

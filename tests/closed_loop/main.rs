@@ -1,6 +1,7 @@
 //! The closed loop: the designed autopilot flies with servos, delay, sensors, estimator and wind.
 
 mod campaign;
+mod forward;
 mod heading;
 mod hover;
 mod margins;

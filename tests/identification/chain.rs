@@ -55,7 +55,7 @@ fn identified_airframe(
 ) -> (Identification, StateSpace) {
     let (dataset, solutions) = flown(helicopter, model, seed);
     let (found, verdict) = data::judged(&dataset, &solutions);
-    let vehicle = found.identified.vehicle().unwrap().with_verdict(verdict);
+    let vehicle = found.vehicle().unwrap().with_verdict(verdict);
     (found, vehicle)
 }
 

@@ -5,6 +5,7 @@ mod chain;
 mod daisy;
 mod data;
 mod flight;
+mod forward;
 mod frequency;
 mod prediction_error;
 mod preprocess;

@@ -13,7 +13,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
-use hovernav::autopilot::HoverConfig;
 use hovernav::imu::NotchConfig;
 use hovernav_design::hover::{HoverDesign, Search, Wanted};
 use hovernav_design::{CheckedDesign, DesignError, NotchCost};
@@ -27,6 +26,11 @@ use crate::output;
 pub struct Arguments {
     /// A model.toml, or a model that is part of hovernav: thesis, raptor60, r50
     model: String,
+    /// A model of the same vehicle in forward flight: a model.toml of `hovernav identify --speed`, or raptor60@SPEED in
+    /// m/s; may be repeated. The gains then keep their margins from hover to the fastest model, and autopilot.toml allows
+    /// this speed
+    #[arg(long = "at", value_name = "MODEL")]
+    ahead: Vec<String>,
     /// Directory to write [default: out/MODEL-autopilot]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -56,8 +60,19 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let started = Instant::now();
     let model = open(&arguments.model)?;
+    let ahead =
+        arguments.ahead.iter().map(|name| open(name)).collect::<anyhow::Result<Vec<_>>>()?;
+    let speed_mps = model.trim_speed_mps();
+    ensure!(
+        speed_mps == 0.0,
+        "{}: found a model of forward flight at {speed_mps} m/s, expected a model of hover; --at adds this one",
+        arguments.model
+    );
     if !arguments.force {
-        refuse_unflyable(&model, &arguments.model, "--force designs for it anyway")?;
+        let names = [&arguments.model].into_iter().chain(&arguments.ahead);
+        for (model, name) in [&model].into_iter().chain(&ahead).zip(names) {
+            refuse_unflyable(model, name, "--force designs for it anyway")?;
+        }
     }
     let out = arguments.out.clone().unwrap_or_else(|| {
         let stem = Path::new(&arguments.model).file_stem().unwrap_or_default();
@@ -80,7 +95,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => {
             let working = output::Working::on("searching for weights");
             let wanted = Wanted::default();
-            let search = start.searched(&model, &wanted);
+            let search = start.searched_with(&model, &ahead, &wanted);
             drop(working);
             let search = search.with_context(|| arguments.model.clone())?;
             (search.design.clone(), Some((search, wanted)))
@@ -88,6 +103,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Some(_) => (start, None),
     };
     let mut checked = CheckedDesign::new(model, design).with_context(|| arguments.model.clone())?;
+    if !ahead.is_empty() {
+        checked = checked.with_forward(&ahead)?;
+    }
     if let Some(notch) = notch {
         checked = checked.with_notch(notch);
     }
@@ -103,7 +121,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     {
         checked.warnings.insert(0, format!("the model must not be flown: {why}"));
     }
-    let config = HoverConfig::new(checked.design.period_s, checked.gains);
+    let config = checked.autopilot();
     let remark = format!(
         "Designed by hovernav {} for {} at {:.4} Hz.",
         env!("CARGO_PKG_VERSION"),
@@ -144,7 +162,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// The model with this name or in this file, which must describe the whole hover.
 fn open(name: &str) -> anyhow::Result<StateSpace> {
     ensure!(
-        shipped::by_name(name).is_some() || Path::new(name).exists(),
+        shipped::by_name(name).is_some() || name.contains('@') || Path::new(name).exists(),
         "{name}: no such file, expected a model.toml, or thesis, raptor60 or r50"
     );
     let model = shipped::open(name)?;

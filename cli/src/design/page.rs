@@ -12,7 +12,7 @@ use hovernav_model::hover::unit_of;
 use super::gusts::in_gusts;
 use super::handling::handling;
 use super::loops::{frequency_responses, nichols};
-use super::robustness::robustness;
+use super::robustness::{forward_flight, robustness};
 use super::wanted::wanted;
 use super::words::{findings, of_lag, of_notch};
 use hovernav_pages::{
@@ -80,6 +80,7 @@ pub fn write(
     let mut sections: Vec<Section> =
         search.iter().map(|(search, asked)| wanted(checked, search, asked)).collect();
     sections.extend(robustness(checked));
+    sections.extend(forward_flight(checked));
     sections.extend([
         disturbances(checked),
         in_gusts(checked),

@@ -1,10 +1,10 @@
-//! Robustness of a design to the uncertainty of its model, on its page.
+//! Robustness of a design to the uncertainty of its model and to the speed of the vehicle, on its page.
 
 use hovernav_design::CheckedDesign;
-use hovernav_design::hover::{SampledMode, SampledRobustness};
+use hovernav_design::hover::{ForwardPoint, SampledMode, SampledRobustness};
 
 use super::words;
-use hovernav_pages::{Section, Table, TableRow};
+use hovernav_pages::{Axis, Figure, Role, Row, Section, Series, Table, TableRow};
 
 /// Sampled and proven robustness to the uncertainty of the identified parameters; `None` if the model has no
 /// covariance.
@@ -53,4 +53,52 @@ pub fn robustness(checked: &CheckedDesign) -> Option<Section> {
         heads: heads.map(Into::into).into(),
         rows: found.modes.iter().map(row).collect(),
     }))
+}
+
+/// Weakest margins over forward speed; `None` without models of forward flight.
+pub fn forward_flight(checked: &CheckedDesign) -> Option<Section> {
+    let forward = checked.forward.as_ref()?;
+    let row = |point: &ForwardPoint| {
+        let cells = match point.weakest() {
+            Some([gain_db, phase_deg, disk]) => {
+                vec![format!("{gain_db:.1}"), format!("{phase_deg:.1}"), format!("{disk:.2}")]
+            }
+            None => vec!["unstable".into(), "-".into(), "-".into()],
+        };
+        let origin = if point.is_given { "given" } else { "interpolated" };
+        TableRow::new(format!("{:.1} m/s", point.speed_mps), [cells, vec![origin.into()]].concat())
+    };
+    let curve = |which: usize| {
+        let known = forward.points.iter().filter_map(|own| Some((own.speed_mps, own.weakest()?)));
+        known.map(move |(speed_mps, weakest)| (speed_mps, weakest[which]))
+    };
+    let ends = || forward.points.first().into_iter().chain(forward.points.last());
+    let limit = |level: f64| {
+        Series::curve(Role::Limit, ends().map(move |own| (own.speed_mps, level))).named("required")
+    };
+    let rows = [("Gain", "dB", 6.0), ("Phase", "°", 45.0)].into_iter().enumerate();
+    let rows = rows.map(|(which, (name, unit, least))| {
+        Row::new(name, unit).with(limit(least)).with(Series::curve(Role::Model, curve(which)))
+    });
+    Some(
+        Section::new(
+            "forward",
+            "Forward flight",
+            format!(
+                "The same gains from hover to the fastest model: the weakest margins of any loop in any flight mode, and \
+                 the disk margin of all actuators at once. Between two given models every derivative is interpolated. \
+                 The required margins hold up to {:.1} m/s, the speed that autopilot.toml allows.",
+                forward.fastest_mps
+            ),
+        )
+        .with(Table {
+            caption: "Weakest margins at each speed".into(),
+            heads: ["", "Gain, dB", "Phase, °", "Disk", "Model"].map(Into::into).into(),
+            rows: forward.points.iter().map(row).collect(),
+        })
+        .with(
+            Figure::against(Axis::linear("Forward speed", "m/s"), rows)
+                .captioned("Weakest gain margin and phase margin over speed"),
+        ),
+    )
 }

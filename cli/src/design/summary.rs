@@ -168,6 +168,23 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
             "loops": Value::Object(costs.collect()),
         });
     }
+    if let Some(forward) = &checked.forward {
+        let points = forward.points.iter().map(|point| {
+            let [gain_db, phase_deg, disk] = point.weakest().unwrap_or_default();
+            json!({
+                "speed_mps": point.speed_mps,
+                "interpolated": !point.is_given,
+                "stable": point.weakest().is_some(),
+                "gain_db": gain_db,
+                "phase_deg": phase_deg,
+                "disk": disk,
+            })
+        });
+        summary["forward_flight"] = json!({
+            "fastest_mps": forward.fastest_mps,
+            "points": points.collect::<Vec<_>>(),
+        });
+    }
     if let Some(printed) = &checked.printed {
         let rows = |gain: &Regulator| -> Vec<Vec<f64>> {
             gain.gain.row_iter().map(|row| row.iter().copied().collect()).collect()

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use hovernav_design::hover::{
-    EstimatorLag, FlightMode, GustResponse, PerturbedStability, SampledMode, SampledRobustness,
+    EstimatorLag, FlightMode, ForwardFlight, GustResponse, PerturbedStability, SampledMode,
+    SampledRobustness,
 };
 use hovernav_design::{
     ChannelMargins, CheckedDesign, CheckedPrintedDesign, Crossing, DesignError, NotchCost,
@@ -62,6 +63,9 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
     let _ = writeln!(text, "{}", of_lag(checked));
     if let Some(notch) = &checked.notch {
         let _ = writeln!(text, "{}", of_notch(notch));
+    }
+    if let Some(forward) = &checked.forward {
+        text.push_str(&in_forward_flight(forward));
     }
     let _ = writeln!(
         text,
@@ -157,6 +161,26 @@ pub fn of_notch(notch: &NotchCost) -> String {
         1e3 * notch.delay_s,
         costs.collect::<Vec<_>>().join(", ")
     )
+}
+
+/// The weakest margins at each speed, one line per model.
+fn in_forward_flight(forward: &ForwardFlight) -> String {
+    let mut text = format!(
+        "\n{:>14}  {:>8}  {:>7}  {:>5}   weakest in any mode\n",
+        "speed", "gain", "phase", "disk"
+    );
+    for point in &forward.points {
+        let found = point.weakest().map_or_else(
+            || "a mode is unstable".into(),
+            |[gain_db, phase_deg, disk]| {
+                format!("{gain_db:>5.1} dB  {phase_deg:>6.1}°  {disk:>5.2}")
+            },
+        );
+        let origin = if point.is_given { "" } else { "   interpolated" };
+        let _ = writeln!(text, "{:>10.1} m/s  {found}{origin}", point.speed_mps);
+    }
+    let _ = writeln!(text, "forward flight up to {:.1} m/s with 6 dB and 45°", forward.fastest_mps);
+    text
 }
 
 /// The response to gusts in a mode, in words.

@@ -14,13 +14,14 @@ use hovernav_formats::{Log, Options};
 use hovernav_model::Grade;
 use hovernav_replay::{SmoothedRun, smooth};
 use hovernav_sysid::helicopter::{
-    FlightRecord, FrequencyDomain, ModelStructure, Velocity, flight_warnings, identify,
+    FlightRecord, FrequencyDomain, ModelStructure, Request, Velocity, flight_warnings, identify,
     solutions_for,
 };
 
 use self::export::ExportFormat;
 use self::page::IdentificationPage;
 use self::summary::Summary;
+use crate::arguments::finite;
 use crate::memory;
 use crate::output;
 
@@ -33,6 +34,9 @@ pub struct Arguments {
     /// rates without GPS]
     #[arg(long, visible_alias = "structure", value_name = "NAME|FILE")]
     model: Option<ModelStructure>,
+    /// Identify from flight near this forward speed over the ground instead of hover, m/s, for a model of forward flight
+    #[arg(long, value_name = "MPS", value_parser = speed, allow_hyphen_values = true)]
+    speed: Option<f64>,
     /// List the built-in structures, or print the file of one, as a start for your own
     #[arg(long, value_name = "NAME", num_args = 0..=1)]
     list: Option<Option<String>>,
@@ -96,7 +100,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
 
     // The failure of the comparison is a result, too.
-    let with = |velocity| identify(&dataset, &solutions, arguments.model.clone(), velocity);
+    let wanted = Request { structure: arguments.model.clone(), speed_mps: arguments.speed };
+    let with = |velocity| identify(&dataset, &solutions, wanted.clone(), velocity);
     let held = || arguments.held_gps.then(|| with(Velocity::HeldGps));
     let working = output::Working::on("identifying");
     let (found, held) = rayon::join(|| with(Velocity::Estimated), held);
@@ -105,7 +110,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let flight = FlightRecord::new(&dataset, &solutions, Velocity::Estimated)?;
     let frequency = FrequencyDomain::of(&found, &flight);
     drop(working);
-    let vehicle = found.identified.vehicle()?;
+    let vehicle = found.vehicle()?;
     let verdict = found.verdict(frequency.as_ref().ok());
     let vehicle =
         vehicle.with_source(&found.source(&dataset.manifest.name)).with_verdict(verdict.clone());
@@ -150,6 +155,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         verdict.reasons.join("; ")
     );
     Ok(())
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    let speed = finite(text).filter(|mps| (-20.0..=100.0).contains(mps));
+    speed.ok_or_else(|| format!("found \"{text}\", expected a speed of -20 to 100 m/s"))
 }
 
 /// Prints the built-in structures, or the file of the structure `name`.

@@ -10,6 +10,7 @@ use hovernav_sim::{Disturbance, WindConfig};
 
 use super::excitation::TestInput;
 use super::failure::Failure;
+use super::velocity::TimedVelocity;
 use crate::arguments::{OutageWindow, finite, second};
 
 /// The default output directory.
@@ -73,11 +74,21 @@ pub struct Arguments {
         conflicts_with_all = ["disturbance", "test_points", "flight"]
     )]
     pub excite: Vec<TestInput>,
+    /// Fly at this velocity over the ground instead of holding the position: forward, to the right and down in m/s, TURN in
+    /// °/s to the right; may be repeated. `hold` stops. Without SECOND, the first starts at 30 s and each further one 30 s
+    /// after the previous one. The autopilot's [guidance] limits the speed
+    #[arg(
+        long,
+        value_name = "FORWARD[,RIGHT[,DOWN[,TURN]]][@SECOND]",
+        conflicts_with = "flight",
+        allow_hyphen_values = true
+    )]
+    pub velocity: Vec<TimedVelocity>,
     /// Simulate a failure; may be repeated. With power-loss the engine stops, and only the air drives the rotors. With
     /// jam-lateral, jam-longitudinal, jam-collective or jam-pedal the servo of that stick stays at its position
     #[arg(long, value_name = "NAME@SECOND", conflicts_with = "flight")]
     pub fault: Vec<Failure>,
-    /// Duration of the flight, s [default: 120, or until 30 s after the last disturbance, test point or test input; 300
+    /// Duration of the flight, s [default: 120, or until 30 s after the last event; 300
     /// with --lines]. With --lines, a given value also limits the wait for the flight computer
     #[arg(long, value_name = "S", value_parser = seconds)]
     pub duration: Option<f64>,
@@ -101,7 +112,7 @@ pub struct Arguments {
     /// `hovernav fly --config` with the same file then flies it
     #[cfg(feature = "lines")]
     #[arg(long, requires = "config", conflicts_with_all = [
-        "flight", "disturbance", "test_points", "excite", "outage", "truth", "fault"
+        "flight", "disturbance", "test_points", "excite", "outage", "truth", "fault", "velocity"
     ])]
     pub lines: bool,
     /// The flight computer's fly.toml

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{bail, ensure};
-use hovernav::autopilot::HoverConfig;
+use hovernav::autopilot::{GuidanceConfig, HoverConfig, SetPoint};
 use hovernav_dataset::Outage;
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::shipped;
@@ -12,9 +12,9 @@ use hovernav_sim::{Feedback, FlightConfig, FlightEvent};
 
 use super::arguments::{Arguments, OUT, WindArgument};
 use super::estimate::Estimate;
-use super::excitation;
 use super::page::SimulationPage;
 use super::summary::{ClosedLoopSummary, Summary};
+use super::{excitation, velocity};
 use crate::arguments::{FORCED, HELICOPTER, designed_for_another, flown, refuse_unflyable};
 use crate::output;
 use crate::summary::InWords as _;
@@ -64,6 +64,8 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
         config.events = FlightEvent::test_points(30.0, size);
     }
     config.events.extend(excitation::events(&arguments.excite));
+    config.events.extend(velocity::events(&arguments.velocity));
+    refuse_too_fast(&config)?;
     config.events.extend(arguments.fault.iter().map(|fault| (fault.at_s, fault.event)));
     config.events.sort_by(|(one, _), (other, _)| one.total_cmp(other));
     let ends = config.events.iter().map(|(at_s, event)| match event {
@@ -72,6 +74,7 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
         }
         FlightEvent::AddSticks(_) => (*at_s, "test point"),
         FlightEvent::Jam(_) | FlightEvent::PowerLoss => (*at_s, "fault"),
+        FlightEvent::SetPoint(_) => (*at_s, "set-point"),
         _ => (*at_s, "disturbance"),
     });
     let last = ends.max_by(|(one, _), (other, _)| one.total_cmp(other));
@@ -85,6 +88,40 @@ fn config(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result<F
         );
     }
     Ok(config)
+}
+
+/// Rejects a set-point that is faster than the autopilot's own limits.
+fn refuse_too_fast(config: &FlightConfig) -> anyhow::Result<()> {
+    let GuidanceConfig { speed_mps, climb_mps, yaw_rate_radps, .. } = config.autopilot.guidance;
+    for (at_s, event) in &config.events {
+        let FlightEvent::SetPoint(SetPoint::Velocity {
+            forward_mps,
+            right_mps,
+            down_mps,
+            yaw_rate_radps: turn_radps,
+        }) = event
+        else {
+            continue;
+        };
+        for (name, found, limit, unit, key) in [
+            ("a speed", forward_mps.hypot(*right_mps), speed_mps, "m/s", "speed_mps"),
+            ("a climb or sink rate", down_mps.abs(), climb_mps, "m/s", "climb_mps"),
+            (
+                "a turn rate",
+                turn_radps.abs().to_degrees(),
+                yaw_rate_radps.to_degrees(),
+                "°/s",
+                "yaw_rate_radps",
+            ),
+        ] {
+            ensure!(
+                found <= limit,
+                "set-point at {at_s} s: found {name} of {found:.1} {unit}, expected at most {limit:.1} {unit}, the {key} \
+                 of [guidance] in autopilot.toml"
+            );
+        }
+    }
+    Ok(())
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {

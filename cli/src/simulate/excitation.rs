@@ -92,7 +92,7 @@ pub fn in_words(abort: ExcitationAbort) -> &'static str {
         ExcitationAbort::Mode => "the autopilot left the modes that hold velocity",
         ExcitationAbort::Tilt => "roll or pitch exceeded its limit",
         ExcitationAbort::Rate => "an angular rate exceeded its limit",
-        ExcitationAbort::Speed => "the speed exceeded its limit",
+        ExcitationAbort::Speed => "the deviation from the commanded velocity exceeded its limit",
         _ => "a limit was exceeded",
     }
 }

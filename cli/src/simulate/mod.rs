@@ -10,6 +10,7 @@ mod lines;
 mod page;
 mod path;
 mod summary;
+mod velocity;
 
 pub use arguments::Arguments;
 pub use closed_loop::record;

@@ -35,7 +35,7 @@ impl SimulationPage<'_> {
                 duration_s: span.end - span.start,
             })
             .collect();
-        let mut headlines = vec![Fact::new("hover", self.summary.flight.in_words())];
+        let mut headlines = vec![Fact::new("closed loop", self.summary.flight.in_words())];
         headlines.extend(flight::headlines(&self.summary.run));
         let (facts, warnings) = (flight::facts(&self.summary.run), &self.summary.run.warnings);
         let data = FlightData {

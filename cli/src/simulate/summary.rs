@@ -1,5 +1,6 @@
 //! `summary.json` of a closed-loop flight.
 
+use super::velocity::VelocitySummary;
 use hovernav::autopilot::Transition;
 use hovernav_formats::RunSummary;
 use hovernav_sim::{Excursion, Feedback, Flight, FlightConfig, FlightEvent};
@@ -30,8 +31,11 @@ pub struct ClosedLoopSummary {
     last_mode: String,
     transitions: Vec<TransitionSummary>,
     disturbances: Vec<DisturbanceSummary>,
+    /// Set-points of velocity.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    velocities: Vec<VelocitySummary>,
     judged_from_s: f64,
-    /// `None` for a flight that ends before.
+    /// `None` for a flight that ends before, and for one with set-points of velocity.
     #[serde(flatten)]
     held: Option<HeldSummary>,
 }
@@ -64,8 +68,9 @@ pub struct DisturbanceSummary {
 
 impl ClosedLoopSummary {
     pub fn new(config: &FlightConfig, flight: &Flight) -> Self {
-        let is_judged =
-            flight.samples.last().is_some_and(|last| last.truth.time.seconds() >= JUDGED_FROM_S);
+        let velocities = VelocitySummary::of(config, flight);
+        let is_judged = velocities.is_empty()
+            && flight.samples.last().is_some_and(|last| last.truth.time.seconds() >= JUDGED_FROM_S);
         let held = is_judged.then(|| flight.statistics(JUDGED_FROM_S)).map(|held| HeldSummary {
             velocity_rms_mps: held.velocity_rms_mps,
             attitude_rms_deg: held.attitude_rms_deg,
@@ -80,7 +85,10 @@ impl ClosedLoopSummary {
             reason: format!("{:?}", change.reason).to_lowercase(),
         };
         let is_disturbance = |event: &FlightEvent| {
-            !matches!(event, FlightEvent::AddSticks(_) | FlightEvent::Excite(_))
+            !matches!(
+                event,
+                FlightEvent::AddSticks(_) | FlightEvent::Excite(_) | FlightEvent::SetPoint(_)
+            )
         };
         let disturbances = config.events.iter().filter(|(_, event)| is_disturbance(event));
         let disturbances = disturbances.map(|(at_s, _)| {
@@ -103,6 +111,7 @@ impl ClosedLoopSummary {
                 .map_or_else(|| "none".into(), |last| format!("{:?}", last.mode).to_lowercase()),
             transitions: flight.transitions.iter().map(change).collect(),
             disturbances: disturbances.collect(),
+            velocities,
             judged_from_s: JUDGED_FROM_S,
             held,
         }
@@ -116,6 +125,10 @@ impl ClosedLoopSummary {
     pub fn in_words(&self) -> String {
         if let Some(crashed_s) = self.crashed_s {
             return format!("crashed at {crashed_s:.2} s");
+        }
+        if !self.velocities.is_empty() {
+            let each = self.velocities.iter().map(VelocitySummary::in_words);
+            return each.collect::<Vec<_>>().join("\n");
         }
         let from_s = self.judged_from_s;
         let Some(held) = &self.held else {

@@ -4,13 +4,14 @@ use super::disturbance::{DisturbanceResponse, TABLE_6_1};
 use super::error::DesignError;
 use super::handling::HandlingQualities;
 use super::hover::{
-    Cut, EstimatorLag, FlightMode, GustResponse, Gusts, HoverDesign, PerturbedStability,
-    SampledRobustness,
+    Cut, EstimatorLag, FlightMode, ForwardFlight, GustResponse, Gusts, HoverDesign,
+    PerturbedStability, SampledRobustness,
 };
 use super::margins::{ChannelMargins, Loop, Margins};
+use super::nichols::ZONE;
 use super::notch::NotchCost;
 use super::thesis::PrintedDesign;
-use hovernav::autopilot::{Gains, StickLimits};
+use hovernav::autopilot::{Gains, HoverConfig, StickLimits};
 use hovernav::controls::Sticks;
 use hovernav_model::{StateSpace, shipped};
 
@@ -49,6 +50,8 @@ pub struct CheckedDesign {
     pub responses: Vec<DisturbanceResponse>,
     /// Responses to [`TABLE_6_1`] in closed loop, with the autopilot's limits on stick travel and rate.
     pub limited: Vec<DisturbanceResponse>,
+    /// Margins in forward flight, if models of it were given.
+    pub forward: Option<ForwardFlight>,
     /// Phase loss by a notch before the estimator, if the design has a notch. The margins include it.
     pub notch: Option<NotchCost>,
     /// Gusts of the analysis.
@@ -73,11 +76,13 @@ pub struct CheckedPrintedDesign {
 }
 
 /// Gain margin, dB, below which a loop causes a warning.
-const LEAST_GAIN_DB: f64 = 6.0;
+const LEAST_GAIN_DB: f64 = ZONE.0;
 /// Phase margin, °, below which a loop causes a warning.
-const LEAST_PHASE_DEG: f64 = 45.0;
+const LEAST_PHASE_DEG: f64 = ZONE.1;
 /// Longest acceptable recovery from a disturbance, s.
 const LONGEST_S: f64 = 8.0;
+/// Speed, m/s, that every autopilot may command.
+const SLOW_MPS: f64 = 1.0;
 /// Number of frequencies for approximate margins.
 const QUICK_FREQUENCIES: usize = 600;
 
@@ -230,12 +235,26 @@ impl CheckedDesign {
             open_responses,
             responses,
             limited,
+            forward: None,
             notch: None,
             gusts,
             in_gusts,
             printed,
             warnings,
         })
+    }
+
+    /// The configuration of the autopilot with these gains. With models of forward flight it allows the speed up to which
+    /// the margins suffice, rounded to 0.1 m/s, and at least the 1 m/s of a hover.
+    #[must_use]
+    pub fn autopilot(&self) -> HoverConfig {
+        let mut config = HoverConfig::new(self.design.period_s, self.gains);
+        if let Some(forward) = &self.forward {
+            // A flight at 5 m/s gives a model of 4.97 m/s.
+            let fastest_mps = (10.0 * forward.fastest_mps).round() / 10.0;
+            config.guidance.speed_mps = fastest_mps.max(SLOW_MPS);
+        }
+        config
     }
 
     /// The flight mode and loop with the weakest margins relative to the required 6 dB and 45°. Unstable modes have no
@@ -249,6 +268,30 @@ impl CheckedDesign {
             (own.smallest_gain_db() / LEAST_GAIN_DB).min(own.phase_deg() / LEAST_PHASE_DEG)
         };
         channels.min_by(|(_, one), (_, other)| part(one).total_cmp(&part(other)))
+    }
+
+    /// The checked design with its margins in forward flight, from the models `ahead` at speeds other than hover. Their
+    /// states contain those of the model of the design.
+    ///
+    /// # Errors
+    /// [`DesignError`] where no loop can be closed around one of the models.
+    pub fn with_forward(mut self, ahead: &[StateSpace]) -> Result<Self, DesignError> {
+        let forward = ForwardFlight::of(&self.design, &self.model, &self.gains, ahead)?;
+        let weak = forward.points.iter().filter(|point| !point.has_margins());
+        self.warnings.extend(weak.map(|point| {
+            let found = point.weakest().map_or_else(
+                || "a flight mode is unstable".to_owned(),
+                |[gain_db, phase_deg, _]| {
+                    format!("the weakest margins are {gain_db:.2} dB and {phase_deg:.2}°")
+                },
+            );
+            format!(
+                "at {} m/s {found}, expected at least {LEAST_GAIN_DB} dB and {LEAST_PHASE_DEG}°",
+                point.speed_mps
+            )
+        }));
+        self.forward = Some(forward);
+        Ok(self)
     }
 
     /// The checked design with the phase loss by `notch`. The design must include the delay of the notch in its

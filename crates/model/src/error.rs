@@ -80,6 +80,14 @@ pub enum ModelError {
         /// Value found, s.
         period_s: f64,
     },
+    /// The speed of a trim is no number, or no trim exists at this speed.
+    #[error(
+        "forward speed of the trim: found {found}, expected a speed in m/s at which the vehicle has a trim"
+    )]
+    Speed {
+        /// Value found.
+        found: String,
+    },
     /// The operation requires a continuous model and found a discrete one, or the reverse.
     #[error("the model is {found}, expected {expected}")]
     TimeDomain {

@@ -28,6 +28,8 @@ struct Written {
     source: String,
     time_domain: Domain,
     period_s: Option<f64>,
+    #[serde(default)]
+    trim_speed_mps: f64,
     #[serde(rename = "A")]
     a: Rows,
     #[serde(rename = "B")]
@@ -67,7 +69,8 @@ impl StateSpace {
     /// The model in the text `text`; `path` is its name in messages.
     ///
     /// The keys `name`, `source` and `time_domain` (`"continuous"` or `"discrete"`) are required, and `period_s` (s)
-    /// for a discrete model only. The matrices `A`, `B` and optionally `C`, `D` are lists of rows. `states`, `inputs`
+    /// for a discrete model only. `trim_speed_mps` is the forward speed about which the model is linear, 0 without the
+    /// key. The matrices `A`, `B` and optionally `C`, `D` are lists of rows. `states`, `inputs`
     /// and optionally `outputs` are tables of `name` and `unit`. `parameters` are tables of `name`, `value`, `unit`,
     /// with the matrix `parameter_covariance`. `slopes` are tables of `parameter`, `row`, `column`, `slope` as in
     /// [`Slope`]. The `verdict` is `"good"`, `"care"` or `"do not fly"`; its `reasons` are required unless it is
@@ -114,6 +117,7 @@ impl StateSpace {
                 }
                 ModelError::Name { list, .. } => list,
                 ModelError::Period { .. } => "period_s",
+                ModelError::Speed { .. } => "trim_speed_mps",
                 ModelError::Parameter { .. } => COVARIANCE,
                 ModelError::Slope { .. } => "slopes",
                 _ => "",
@@ -136,6 +140,7 @@ impl StateSpace {
         let Written { name, source, states, inputs, outputs, parameters, slopes, .. } = written;
         let mut model =
             Self::new(&name, time, states, inputs, a, b).map_err(placed)?.with_source(&source);
+        model = model.with_trim_speed(written.trim_speed_mps).map_err(placed)?;
         if let Some(verdict) = verdict(written.verdict, written.reasons)
             .map_err(|(key, reason)| rejected(key, reason))?
         {
@@ -166,6 +171,9 @@ impl StateSpace {
         text += &format!("time_domain = \"{}\"\n", self.time().name());
         if let TimeDomain::Discrete { period_s } = self.time() {
             text += &format!("period_s = {}\n", toml::Value::from(period_s));
+        }
+        if self.trim_speed_mps() != 0.0 {
+            text += &format!("trim_speed_mps = {}\n", toml::Value::from(self.trim_speed_mps()));
         }
         if let Some(Verdict { grade, reasons }) = self.verdict() {
             let reasons = reasons.iter().map(|reason| format!("    {},\n", quoted(reason)));

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use super::error::ModelError;
+use super::helicopter::{Helicopter, HelicopterParameters};
 use super::state_space::StateSpace;
+use hovernav::frames::Vector;
 
 /// The model printed by Paw (2005): 8 states, continuous according to him, inputs in percent of stick. It reproduces
 /// his eigenvalues and gains; [`StateSpace::step_taken_for_rate`] detects that its A is a one-step transition matrix.
@@ -26,6 +28,21 @@ pub fn raptor60() -> StateSpace {
     parsed("raptor60.toml", include_str!("data/raptor60.toml"))
 }
 
+/// The shipped 60-class helicopter linearised in steady forward flight at `speed_mps` in calm air; backward flight is
+/// negative. Its states and inputs are those of [`raptor60`].
+///
+/// # Errors
+/// [`ModelError::Speed`] for a speed at which it has no trim within the travel of its sticks.
+pub fn raptor60_at(speed_mps: f64) -> Result<StateSpace, ModelError> {
+    let (calm, ahead) = (Vector::ZERO, Vector::new(speed_mps, 0.0, 0.0));
+    let trimmed = Helicopter::new(HelicopterParameters::raptor60())
+        .and_then(|helicopter| Ok((helicopter.trim(ahead, calm, 0.0)?, helicopter)));
+    match trimmed {
+        Ok((trim, helicopter)) => helicopter.linearise(&trim, calm).with_trim_speed(speed_mps),
+        Err(error) => Err(ModelError::Speed { found: format!("{speed_mps}: {error}") }),
+    }
+}
+
 /// A shipped model by its name: `thesis`, `mettler_r50`, `r50` for short, or `raptor60`.
 #[must_use]
 pub fn by_name(name: &str) -> Option<StateSpace> {
@@ -37,11 +54,16 @@ pub fn by_name(name: &str) -> Option<StateSpace> {
     }
 }
 
-/// The shipped model with the name `name_or_file`; for any other name the model in the file of this name.
+/// The shipped model with the name `name_or_file`, or `raptor60@SPEED` for [`raptor60_at`] this speed, m/s. For any other
+/// name the model in the file of this name.
 ///
 /// # Errors
-/// As [`StateSpace::read`].
+/// As [`StateSpace::read`] and [`raptor60_at`].
 pub fn open(name_or_file: &str) -> Result<StateSpace, ModelError> {
+    if let Some(speed) = name_or_file.strip_prefix("raptor60@") {
+        let no_number = |_| ModelError::Speed { found: format!("\"{speed}\"") };
+        return raptor60_at(speed.parse().map_err(no_number)?);
+    }
     by_name(name_or_file).map_or_else(|| StateSpace::read(Path::new(name_or_file)), Ok)
 }
 

@@ -23,6 +23,7 @@ pub struct StateSpace {
     covariance: Option<DMatrix<f64>>,
     slopes: Vec<Slope>,
     verdict: Option<Verdict>,
+    trim_speed_mps: f64,
 }
 
 impl StateSpace {
@@ -60,6 +61,7 @@ impl StateSpace {
             covariance: None,
             slopes: Vec::new(),
             verdict: None,
+            trim_speed_mps: 0.0,
         })
     }
 
@@ -75,6 +77,45 @@ impl StateSpace {
     pub fn with_verdict(mut self, verdict: Verdict) -> Self {
         self.verdict = Some(verdict);
         self
+    }
+
+    /// The model with the forward speed of its trim, m/s: states and inputs are deviations from steady flight at this
+    /// speed. Without it a model is about hover.
+    ///
+    /// # Errors
+    /// [`ModelError::Speed`] for a speed that is not finite.
+    pub fn with_trim_speed(mut self, trim_speed_mps: f64) -> Result<Self, ModelError> {
+        if !trim_speed_mps.is_finite() {
+            return Err(ModelError::Speed { found: trim_speed_mps.to_string() });
+        }
+        self.trim_speed_mps = trim_speed_mps;
+        Ok(self)
+    }
+
+    /// The model with the kinematics of a trim that moves with `velocity_mps` (u, v, w), in the equations of `rows`, a
+    /// choice of u, v and w: this velocity turns with the body. The trim speed is that forward.
+    ///
+    /// # Errors
+    /// [`ModelError::Speed`] for a velocity that is not finite.
+    ///
+    /// # Source
+    /// The linear part of equation (I25) of docs/equations.md.
+    pub fn in_motion(mut self, velocity_mps: [f64; 3], rows: &[&str]) -> Result<Self, ModelError> {
+        let [u, v, w] = velocity_mps;
+        let turning = [
+            ("u", "r", v),
+            ("u", "q", -w),
+            ("v", "p", w),
+            ("v", "r", -u),
+            ("w", "q", u),
+            ("w", "p", -v),
+        ];
+        for (row, rate, per_rate) in turning.into_iter().filter(|(row, ..)| rows.contains(row)) {
+            if let (Ok(row), Ok(rate)) = (self.state(row), self.state(rate)) {
+                self.linear.a[(row, rate)] += per_rate;
+            }
+        }
+        self.with_trim_speed(u)
     }
 
     /// The model with p outputs y = C x + D u: `c` is p×n, `d` p×m.
@@ -194,6 +235,12 @@ impl StateSpace {
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Forward speed of the trim, m/s; 0 for a model about hover.
+    #[must_use]
+    pub const fn trim_speed_mps(&self) -> f64 {
+        self.trim_speed_mps
     }
 
     /// Source of the numbers.
@@ -338,7 +385,26 @@ impl StateSpace {
             self.linear.a.select_rows(&rows).select_columns(&rows),
             self.linear.b.select_rows(&rows).select_columns(&columns),
         )?;
-        Ok(kept.with_source(&self.source))
+        kept.with_source(&self.source).with_trim_speed(self.trim_speed_mps)
+    }
+
+    /// The model between this one and `other`: every element of A and B, and the trim speed, at the fraction `share` of
+    /// the way to `other`. `other` may have its states and inputs in another order. Outputs are the states; parameters
+    /// and covariance are omitted.
+    ///
+    /// # Errors
+    /// [`ModelError::Unknown`] where `other` lacks a state or an input of this model.
+    pub fn between(&self, other: &Self, share: f64) -> Result<Self, ModelError> {
+        let names = |list: &[Signal]| list.iter().map(|own| own.name.clone()).collect::<Vec<_>>();
+        let (states, inputs) = (names(&self.states), names(&self.inputs));
+        let states: Vec<&str> = states.iter().map(String::as_str).collect();
+        let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
+        let (mut model, other) =
+            (self.subsystem(&states, &inputs)?, other.subsystem(&states, &inputs)?);
+        model.linear.a += (&other.linear.a - &self.linear.a) * share;
+        model.linear.b += (&other.linear.b - &self.linear.b) * share;
+        model.trim_speed_mps += share * (other.trim_speed_mps - self.trim_speed_mps);
+        Ok(model)
     }
 
     /// The slow model in which the states `fast` follow the others without delay (residualisation). For example, a
@@ -381,7 +447,7 @@ impl StateSpace {
             block(&kept, &kept) + &onto * from_states,
             self.linear.b.select_rows(&kept) + onto * from_inputs,
         )?;
-        Ok(left.with_source(&self.source))
+        left.with_source(&self.source).with_trim_speed(self.trim_speed_mps)
     }
 }
 

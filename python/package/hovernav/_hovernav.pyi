@@ -290,9 +290,13 @@ def allan(
     readings: Union[Log, _Path, npt.ArrayLike], *, rate_hz: Optional[float] = None
 ) -> Table: ...
 def identify(
-    log: Union[Log, _Path], *, structure: Optional[_Path] = None, config: Optional[_Config] = None
+    log: Union[Log, _Path],
+    *,
+    structure: Optional[_Path] = None,
+    speed_mps: Optional[float] = None,
+    config: Optional[_Config] = None,
 ) -> Model: ...
-def design(model: Model) -> Autopilot: ...
+def design(model: Model, *, at: Sequence[Model] = ()) -> Autopilot: ...
 def simulate(
     autopilot: Autopilot,
     *,

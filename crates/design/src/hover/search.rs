@@ -72,14 +72,33 @@ impl HoverDesign {
     /// # Source
     /// The step rule is Rechenberg's one-fifth rule: Schwefel, *Evolution and Optimum Seeking* (1995).
     pub fn searched(&self, model: &StateSpace, wanted: &Wanted) -> Result<Search, DesignError> {
-        self.synthesise(model)?;
+        self.searched_with(model, &[], wanted)
+    }
+
+    /// As [`searched`](Self::searched). The required margins also apply to the gains of `model` with each model of
+    /// `ahead`: the vehicle in forward flight.
+    ///
+    /// # Errors
+    /// As [`searched`](Self::searched).
+    pub fn searched_with(
+        &self,
+        model: &StateSpace,
+        ahead: &[StateSpace],
+        wanted: &Wanted,
+    ) -> Result<Search, DesignError> {
+        let gains = self.synthesise(model)?;
+        // A model that the loops cannot be closed around is an error, not a shortfall.
+        for other in ahead {
+            self.close(other, &gains)?;
+        }
         let mut random = Random(SEED);
         let perturbed = Perturbed::new(self, model, (wanted.off, PERTURBED), &mut random)?;
         let in_flight = |design: &HoverDesign, least: f64| {
-            in_flight(design, model, &perturbed, wanted, least).unwrap_or(f64::INFINITY)
+            in_flight(design, (model, ahead), &perturbed, wanted, least).unwrap_or(f64::INFINITY)
         };
-        let in_attitude =
-            |design: &HoverDesign| in_attitude(design, model, wanted).unwrap_or(f64::INFINITY);
+        let in_attitude = |design: &HoverDesign| {
+            in_attitude(design, (model, ahead), wanted).unwrap_or(f64::INFINITY)
+        };
         let evaluated = |design: Self| {
             let (flight, attitude) = (in_flight(&design, f64::INFINITY), in_attitude(&design));
             Evaluated { design, flight, attitude }
@@ -226,7 +245,7 @@ fn weights(design: &mut HoverDesign, of: Loop) -> Vec<BoundedWeight<'_>> {
 /// `least`.
 fn in_flight(
     design: &HoverDesign,
-    model: &StateSpace,
+    (model, ahead): (&StateSpace, &[StateSpace]),
     perturbed: &Perturbed,
     wanted: &Wanted,
     least: f64,
@@ -258,9 +277,11 @@ fn in_flight(
         return Ok(short);
     }
     for mode in [FlightMode::Velocity, FlightMode::Position] {
-        short += margins_short(design, model, &gains, mode, wanted)?;
-        if short >= least {
-            return Ok(short);
+        for model in ahead.iter().chain([model]) {
+            short += margins_short(design, model, &gains, mode, wanted)?;
+            if short >= least {
+                return Ok(short);
+            }
         }
     }
     let sticks = normalised(model)?.inputs().to_vec();
@@ -275,11 +296,12 @@ fn in_flight(
 /// Shortfall of `design` without known velocity.
 fn in_attitude(
     design: &HoverDesign,
-    model: &StateSpace,
+    (model, ahead): (&StateSpace, &[StateSpace]),
     wanted: &Wanted,
 ) -> Result<f64, DesignError> {
     let gains = design.synthesise(model)?;
-    margins_short(design, model, &gains, FlightMode::Attitude, wanted)
+    let models = ahead.iter().chain([model]);
+    models.map(|model| margins_short(design, model, &gains, FlightMode::Attitude, wanted)).sum()
 }
 
 fn margins_short(

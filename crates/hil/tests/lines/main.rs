@@ -5,6 +5,7 @@ mod common;
 mod damaged;
 mod excitation;
 mod failsafes;
+mod forward;
 mod full_record;
 mod hover;
 mod repeated;

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::flight_condition::FlightCondition;
 use crate::methods::prediction_error::PredictionErrorError;
 use crate::record::ExperimentError;
 use crate::record::preprocess::PreprocessError;
@@ -38,14 +39,17 @@ pub enum IdentifyError {
         /// The requested model.
         model: String,
     },
-    /// No part of the flight is near a hover.
+    /// No part of the flight is in the condition of the model.
     #[error(
-        "{model}: no test point, and no {least_s} s of hover (speed below 2.5 m/s, tilt below 25°, constant heading)"
+        "{model}: no test point, and no {least_s} s near {condition} (at most {} m/s away, tilt below 25°, constant heading)",
+        condition.within_mps
     )]
-    NoHover {
+    NotFlown {
+        /// The condition.
+        condition: FlightCondition,
         /// The requested model.
         model: String,
-        /// Shortest usable hover, s.
+        /// Shortest usable part, s.
         least_s: f64,
     },
     /// A stick of the model never moves.

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::error::IdentifyError;
+use super::flight_condition::FlightCondition;
 use super::gaps::{Gap, gaps};
 use crate::record::preprocess::{LowPass, PreprocessError, filtered};
 use crate::record::{Experiment, STICKS, TestPoint, Tone, notch_delay_s, stepped, without_tones};
@@ -52,6 +53,8 @@ pub struct FlightRecord {
     pub experiment: Experiment,
     /// Heading at each sample, rad.
     pub heading_rad: Vec<f64>,
+    /// Range of flight in which the model is identified.
+    pub condition: FlightCondition,
     /// Parts of the flight without sticks or motion. The samples there hold the last value or are interpolated.
     pub gaps: Vec<Gap>,
 }
@@ -139,7 +142,21 @@ impl FlightRecord {
         let measured = [&MOTION[..], &KINEMATIC].concat();
         let moved = names(&[STICKS, own_names].concat());
         let experiment = Experiment::new(name, period_s, moved, names(&measured), inputs, outputs)?;
-        Ok(Self { start: first.time, experiment, heading_rad, gaps })
+        let condition = FlightCondition::HOVER;
+        Ok(Self { start: first.time, experiment, heading_rad, condition, gaps })
+    }
+
+    /// The record for a model valid in `condition`.
+    #[must_use]
+    pub fn within(self, condition: FlightCondition) -> Self {
+        Self { condition, ..self }
+    }
+
+    /// Whether the motion at `sample` is in the condition.
+    pub(super) fn holds(&self, sample: usize) -> bool {
+        let value = |channel: usize| self.experiment.outputs[(sample, channel)];
+        sample < self.experiment.samples()
+            && self.condition.holds([0, 1, 2].map(value), [6, 7].map(value))
     }
 
     /// The record without `tones`; see [`without_tones`].
@@ -149,6 +166,7 @@ impl FlightRecord {
             start: self.start.offset_by(-later_s),
             experiment: without_tones(&self.experiment, tones, filled),
             heading_rad: self.heading_rad.clone(),
+            condition: self.condition,
             gaps: self.gaps.clone(),
         }
     }
@@ -189,7 +207,8 @@ impl FlightRecord {
         });
         let heading_rad = (0..samples).map(|sample| self.heading_rad[sample * every]).collect();
         let experiment = Experiment { period_s, inputs, outputs, is_smooth: true, ..smooth };
-        Ok(Self { start: self.start, experiment, heading_rad, gaps: self.gaps.clone() })
+        let (condition, gaps) = (self.condition, self.gaps.clone());
+        Ok(Self { start: self.start, experiment, heading_rad, condition, gaps })
     }
 
     /// The samples of a test point, named after its stick and time.

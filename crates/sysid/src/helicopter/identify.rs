@@ -3,6 +3,7 @@
 use super::bandwidth::{LONGEST_PERIOD_S, bandwidth_hz, longest_period_s, moving};
 use super::error::IdentifyError;
 use super::flight::{FlightRecord, Velocity};
+use super::flight_condition::FlightCondition;
 use super::measured::Measured;
 use super::model_structure::{ModelStructure, built_in};
 use super::reconcile::Conflict;
@@ -32,7 +33,11 @@ pub struct Identification {
     pub tones: Vec<Tone>,
     /// Every test point of the flight.
     pub test_points: Vec<TestPoint>,
-    /// Length of the flight used for the parameters, s: all flight near a hover, including the validation data.
+    /// Range of flight in which the model is valid.
+    pub condition: FlightCondition,
+    /// Mean velocity u, v, w, m/s, of the flight used for the parameters.
+    pub trim_velocity_mps: [f64; 3],
+    /// Length of the flight used for the parameters, s: all flight in the condition, including the validation data.
     pub estimated_s: f64,
     /// The test points used for estimation: indices into `test_points`.
     pub estimation_points: Vec<usize>,
@@ -56,12 +61,33 @@ pub struct Identification {
     pub warnings: Vec<String>,
 }
 
-/// Identifies a model of `structure` from a flight. Without a structure it is `hybrid`, or `multirotor` for a vehicle
+/// Structure to identify, and the speed of the flight to identify it from.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Request {
+    /// The structure; `None` for the one that suits the flight, see [`identify`].
+    pub structure: Option<ModelStructure>,
+    /// Forward speed of the flight, m/s, in place of that of the structure.
+    pub speed_mps: Option<f64>,
+}
+
+impl From<Option<ModelStructure>> for Request {
+    fn from(structure: Option<ModelStructure>) -> Self {
+        Self { structure, speed_mps: None }
+    }
+}
+
+impl From<ModelStructure> for Request {
+    fn from(structure: ModelStructure) -> Self {
+        Some(structure).into()
+    }
+}
+
+/// Identifies a model of the `wanted` structure from a flight. Without a structure it is `hybrid`, or `multirotor` for a vehicle
 /// whose rotors do not flap: the rotor's time constant is then on its limit, and Akaike's criterion prefers the model
 /// without flapping. Without fixes it is `rates`; pass [`gyro_solutions`](super::gyro_solutions) as
 /// `solutions`.
 ///
-/// The model is identified from all flight near a hover except the validation data. The last repetition on each stick
+/// The model is identified from all flight in the condition of the structure, usually near a hover, except the validation data. The last repetition on each stick
 /// with at least two is held back; for a flight without test points, every fourth piece of 10 s is. The validation data
 /// judge that model. Its parameters are then estimated again with these data included, and a stabiliser bar must again
 /// justify its extra parameters. The windows of the fits are simulated over 5 s, each from its own initial state.
@@ -71,17 +97,19 @@ pub struct Identification {
 pub fn identify(
     dataset: &Dataset,
     solutions: &[Solution],
-    structure: impl Into<Option<ModelStructure>>,
+    wanted: impl Into<Request>,
     velocity: Velocity,
 ) -> Result<Identification, IdentifyError> {
-    let requested = structure.into();
-    let (is_requested, has_fixes) = (requested.is_some(), !dataset.fixes.is_empty());
+    let Request { structure, speed_mps } = wanted.into();
+    let (is_requested, has_fixes) = (structure.is_some(), !dataset.fixes.is_empty());
     let usual = if has_fixes { "hybrid" } else { "rates" };
-    let mut model = requested.unwrap_or_else(|| built_in(usual));
+    let mut model = structure.unwrap_or_else(|| built_in(usual));
+    model.condition.speed_mps = speed_mps.unwrap_or(model.condition.speed_mps);
+    let condition = model.condition;
     if !has_fixes && !model.has_rates_alone() {
         return Err(IdentifyError::NoFix { model: model.name().to_owned() });
     }
-    let flown = FlightRecord::new(dataset, solutions, velocity)?;
+    let flown = FlightRecord::new(dataset, solutions, velocity)?.within(condition);
     let least_hz = LEAST_TONE_HZ.max(bandwidth_hz(&flown.experiment));
     let tones = find_tones(&flown.experiment, least_hz);
     let record = flown.without_tones(&tones, &FILLED);
@@ -94,7 +122,10 @@ pub fn identify(
     let end = record.start.offset_by(record.experiment.duration_s());
     let mut test_points = find_test_points(&dataset.controls);
     test_points.retain(|point| {
-        point.start >= record.start && point.end <= end && record.is_whole(point.start, point.end)
+        point.start >= record.start
+            && point.end <= end
+            && record.is_whole(point.start, point.end)
+            && (condition == FlightCondition::HOVER || record.holds(record.sample(point.start)))
     });
     let (mut estimation_points, mut validation_points) = (Vec::new(), Vec::new());
     for (index, stick) in STICKS.iter().enumerate() {
@@ -127,7 +158,8 @@ pub fn identify(
         }
         let pieces = stretches::pieces(&record);
         if pieces.is_empty() {
-            return Err(IdentifyError::NoHover { model: name, least_s: stretches::LEAST_S });
+            let least_s = stretches::LEAST_S;
+            return Err(IdentifyError::NotFlown { model: name, condition, least_s });
         }
         warnings.push(format!(
             "no test point found on {}: the parameters come from the pilot's other stick movements",
@@ -183,6 +215,7 @@ pub fn identify(
         Velocity::Estimated if !validation.is_empty() => stretches::stretches(&record, &[])?,
         _ => Vec::new(),
     };
+    let trim_velocity_mps = mean_velocity_mps(if all.is_empty() { &stretches } else { &all });
     let on_all = if all.is_empty() {
         None
     } else {
@@ -232,6 +265,8 @@ pub fn identify(
     Ok(Identification {
         velocity,
         tones,
+        condition,
+        trim_velocity_mps,
         estimation: identified.simulate(&estimation, WINDOW_S)?,
         estimated_s,
         test_points,
@@ -243,5 +278,14 @@ pub fn identify(
         answers_early_s,
         conflicts,
         warnings,
+    })
+}
+
+/// Mean of u, v and w over all samples of `pieces`, m/s.
+fn mean_velocity_mps(pieces: &[Experiment]) -> [f64; 3] {
+    let samples: usize = pieces.iter().map(Experiment::samples).sum();
+    [0, 1, 2].map(|channel| {
+        let sum: f64 = pieces.iter().map(|piece| piece.outputs.column(channel).sum()).sum();
+        sum / samples.max(1) as f64
     })
 }

@@ -39,6 +39,8 @@ const UNIDENTIFIED: f64 = 1.0;
 const UNIDENTIFIED_DELAY_S: f64 = 0.03;
 /// Bound, as a fraction of the prior's sigma, above which the responses add no information to the prior.
 const PRIOR: f64 = 0.9;
+/// Response of an output to a stick, as a fraction of its largest response to any stick, below which it is rounding.
+const ROUNDING: f64 = 1e-12;
 /// Relative decrease of the cost below which the search stops.
 const LEAST_DECREASE: f64 = 1e-4;
 
@@ -219,7 +221,12 @@ impl Measured {
         let radps: Vec<f64> = self.all.frequencies_hz.iter().map(|hz| TAU * hz).collect();
         let (outputs, inputs) = (measured.output_names.len(), measured.input_names.len());
         let modelled = model.at(&start, &radps).ok_or(FrequencyError::Start { outputs, inputs })?;
-        measured.ignore(|at| modelled.iter().all(|response| response[at].norm() == 0.0));
+        // A stick without effect on an output has a response of rounding errors, and zero at some frequencies.
+        let largest =
+            |at: (usize, usize)| modelled.iter().map(|own| own[at].norm()).fold(0.0, f64::max);
+        let of_output =
+            |output| (0..inputs).map(|input| largest((output, input))).fold(0.0, f64::max);
+        measured.ignore(|at| largest(at) <= ROUNDING * of_output(at.0));
         let lags: BTreeSet<usize> = structure.lags.iter().flatten().copied().collect();
         let mut free: Vec<usize> = identified
             .free_parameters()

@@ -22,6 +22,7 @@ use std::path::Path;
 use std::str::FromStr;
 use std::sync::LazyLock;
 
+use super::flight_condition::FlightCondition;
 use super::structure_file::{BUILT_IN, File, ModelStructureError, Start, built_in_text, content};
 use super::velocity_error::{SlowError, VelocityError};
 use crate::methods::structure::Structure;
@@ -54,6 +55,8 @@ pub struct ModelStructure {
     /// Range of a stick in the flight, as a fraction of full travel to one side, for which initial values and limits of
     /// control derivatives are written. They are scaled by the travel in the flight; `None` for numbers in its unit.
     pub(super) stick_travel: Option<f64>,
+    /// Range of flight in which the derivatives are valid.
+    pub condition: FlightCondition,
 }
 
 /// Parameters of a stabiliser bar.
@@ -138,6 +141,10 @@ impl ModelStructure {
         file.parameters.extend(new.collect::<Vec<_>>());
         let equations = file.equations(name, path)?;
         file.check(&equations).map_err(|reason| content(path, reason))?;
+        let condition = file.condition().ok_or_else(|| {
+            let expected = "expected a trim_speed_mps, and a within_mps above 0";
+            content(path, expected.to_owned())
+        })?;
         let with_error = file.errors.iter().filter_map(|line| {
             let output = line.split_once('=')?.0.trim();
             (!output.ends_with('\'')).then(|| output.to_owned())
@@ -151,6 +158,7 @@ impl ModelStructure {
             output_noises: file.output_noises,
             with_error: with_error.collect(),
             stick_travel: file.stick_travel,
+            condition,
         })
     }
 

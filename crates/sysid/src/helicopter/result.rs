@@ -2,7 +2,7 @@
 
 use super::identify::Identification;
 use crate::methods::prediction_error::{Estimate, Fit, Status};
-use hovernav_model::IDENTIFIED;
+use hovernav_model::{IDENTIFIED, ModelError, StateSpace};
 
 /// Uncertainty of the estimated parameters: Cramér–Rao bounds, one sigma, in percent of the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,13 +24,32 @@ impl Identification {
         let mut delays: Vec<&str> = delays.collect();
         delays.dedup();
         format!(
-            "{IDENTIFIED} from {:.0} s of {name} near a hover, sampled every {:.4} s; \
+            "{IDENTIFIED} from {:.0} s of {name} near {}, sampled every {:.4} s; \
              derivatives in SI per full stick, continuous in time; the sticks' delays are parameters \
              ({}) and not in the matrices; a parameter without variance was held or dropped",
             self.estimated_s,
+            self.condition,
             self.identified.period_s,
             delays.join(", ")
         )
+    }
+
+    /// The vehicle alone, as [`Identified::vehicle`](crate::methods::prediction_error::Identified::vehicle). A model of
+    /// forward flight also contains the kinematics of its trim: its velocity turns with the body.
+    ///
+    /// # Errors
+    /// [`ModelError::NotFinite`] where a parameter is not finite.
+    pub fn vehicle(&self) -> Result<StateSpace, ModelError> {
+        let vehicle = self.identified.vehicle()?;
+        if self.condition.speed_mps == 0.0 {
+            return Ok(vehicle);
+        }
+        // Where the equations have a kinematic term, the identification has used it as a known input.
+        let inputs = &self.identified.structure.inputs;
+        let turning = [("ku", "u"), ("kv", "v"), ("kw", "w")].into_iter();
+        let turning = turning.filter(|(term, _)| inputs.iter().any(|input| input == term));
+        let rows: Vec<&str> = turning.map(|(_, row)| row).collect();
+        vehicle.in_motion(self.trim_velocity_mps, &rows)
     }
 
     /// Fit by which the model is judged: over the validation test points if any, else over the estimation test points.

@@ -1,4 +1,4 @@
-//! Parts of a flight for which a hover model is valid.
+//! Parts of a flight for which a model is valid.
 
 use std::ops::Range;
 
@@ -9,18 +9,12 @@ use hovernav::frames::wrap_angle;
 
 /// Shortest part of a flight that is used, s. A shorter part does not justify its own initial state and offsets.
 pub(super) const LEAST_S: f64 = 6.0;
-/// Largest horizontal speed at which hover derivatives are valid, m/s.
-const FASTEST_MPS: f64 = 2.5;
-/// Largest vertical speed at which hover derivatives are valid, m/s.
-const FASTEST_DOWN_MPS: f64 = 2.0;
-/// Largest bank and pitch, rad.
-const STEEPEST_RAD: f64 = 0.44;
 /// Largest change of heading within which the mean wind counts as constant in body axes, rad.
 const TURNED_RAD: f64 = 0.5;
 /// Length of a piece of a flight without test points, s.
 const PIECE_S: f64 = 10.0;
 
-/// All parts of the flight near a hover, without the test points `held_back`.
+/// All parts of the flight in its condition, without the test points `held_back`.
 pub(super) fn stretches(
     record: &FlightRecord,
     held_back: &[&TestPoint],
@@ -38,7 +32,7 @@ pub(super) fn stretches(
     pieces.collect()
 }
 
-/// The flight near a hover in pieces of 10 s, each as a test point without a stick.
+/// The flight in its condition in pieces of 10 s, each as a test point without a stick.
 pub(super) fn pieces(record: &FlightRecord) -> Vec<TestPoint> {
     let length = (PIECE_S / record.experiment.period_s).round().max(1.0) as usize;
     let at = |sample: usize| record.start.offset_by(sample as f64 * record.experiment.period_s);
@@ -62,23 +56,19 @@ pub(super) fn pieces(record: &FlightRecord) -> Vec<TestPoint> {
         .collect()
 }
 
-/// Ranges of samples near a hover with recorded data, without the samples for which `omitted` returns true.
+/// Ranges of samples in the flight's condition with recorded data, without the samples for which `omitted` returns true.
 fn steady(record: &FlightRecord, omitted: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let experiment = &record.experiment;
     let least = (LEAST_S / experiment.period_s) as usize;
     let at = |sample: usize| record.start.offset_by(sample as f64 * experiment.period_s);
-    let value = |sample: usize, channel: usize| experiment.outputs[(sample, channel)];
-    let hovers = |sample: usize| {
-        value(sample, 0).hypot(value(sample, 1)) < FASTEST_MPS
-            && value(sample, 2).abs() < FASTEST_DOWN_MPS
-            && value(sample, 6).abs().max(value(sample, 7).abs()) < STEEPEST_RAD
-    };
     let is_known = |sample: usize| record.is_whole(at(sample), at(sample + 1));
     let mut found: Vec<Range<usize>> = Vec::new();
     let mut first = None;
     for sample in 0..=experiment.samples() {
-        let within =
-            sample < experiment.samples() && is_known(sample) && hovers(sample) && !omitted(sample);
+        let within = sample < experiment.samples()
+            && is_known(sample)
+            && record.holds(sample)
+            && !omitted(sample);
         let turned = first.is_some_and(|first: usize| {
             let headings = record.heading_rad.get(sample).zip(record.heading_rad.get(first));
             headings.is_some_and(|(now, then)| wrap_angle(now - then).abs() > TURNED_RAD)

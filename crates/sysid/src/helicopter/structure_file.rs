@@ -9,6 +9,7 @@ use serde::Deserialize;
 use thiserror::Error;
 
 use super::flight::{KINEMATIC, MOTION};
+use super::flight_condition::FlightCondition;
 use crate::methods::structure::{Parameter, Structure, StructureError};
 use crate::record::STICKS;
 
@@ -71,6 +72,8 @@ pub(super) struct File {
     pub output_noises: BTreeMap<String, f64>,
     pub starts: Vec<Start>,
     pub stick_travel: Option<f64>,
+    pub trim_speed_mps: Option<f64>,
+    pub within_mps: Option<f64>,
     pub parameters: Vec<Row>,
 }
 
@@ -216,6 +219,16 @@ impl File {
             }
         }
         Ok(())
+    }
+
+    /// Range of flight in which the derivatives are valid; `None` for impossible numbers.
+    pub fn condition(&self) -> Option<FlightCondition> {
+        let hover = FlightCondition::HOVER;
+        let condition = FlightCondition {
+            speed_mps: self.trim_speed_mps.unwrap_or(hover.speed_mps),
+            within_mps: self.within_mps.unwrap_or(hover.within_mps),
+        };
+        condition.is_valid().then_some(condition)
     }
 
     /// Checks names and lists as written.

@@ -1,0 +1,41 @@
+//! Forward flight over the lines: the pilot steers, the autopilot flies.
+
+use crate::common::{Setup, all_flown};
+
+/// Speed at full stick, m/s.
+const SPEED_MPS: f64 = 5.0;
+/// From the movement of the stick until the speed is reached, s: 1 m/s² and the delay of the vehicle.
+const REACHED_S: f64 = 10.0;
+
+#[test]
+fn a_stick_held_forward_flies_at_5_m_per_s_and_released_stops() {
+    let acts = ["engage@8:60", "stick-longitudinal=0.6@12:26"];
+    let flights = all_flown(&[()], |()| Setup {
+        pilot: "steer",
+        keys: format!("[autopilot.steering]\nspeed_mps = {SPEED_MPS:.1}\n"),
+        ..Setup::new(60.0, &acts)
+    });
+    let flown = &flights[0];
+    assert_eq!(flown.crashed_s, None, "{:#?}", flown.record.events);
+    let rms = |from_s: f64, to_s: f64, forward_mps: f64| {
+        let truths = flown.samples.iter().map(|sample| sample.truth);
+        let judged: Vec<_> =
+            truths.filter(|truth| (from_s..to_s).contains(&truth.time.seconds())).collect();
+        let square = |axis: usize| {
+            let squares = judged.iter().map(|truth| {
+                let (sin, cos) = truth.body_to_ned.heading_sincos();
+                let [north, east, down] = truth.velocity_mps.to_array();
+                let level = [cos * north + sin * east, cos * east - sin * north, down];
+                (level[axis] - [forward_mps, 0.0, 0.0][axis]).powi(2)
+            });
+            (squares.sum::<f64>() / judged.len() as f64).sqrt()
+        };
+        [0, 1, 2].map(square)
+    };
+    let cruise = rms(12.0 + REACHED_S, 38.0, SPEED_MPS);
+    let stopped = rms(38.0 + REACHED_S, 60.0, 0.0);
+    println!("at {SPEED_MPS} m/s within {cruise:?} m/s RMS, then at rest within {stopped:?}");
+    assert!(cruise.iter().all(|mps| *mps <= 0.4), "{cruise:?}");
+    assert!(stopped.iter().all(|mps| *mps <= 0.4), "{stopped:?}");
+    assert!(flown.statistics().engaged_s > 51.0, "{:#?}", flown.record.events);
+}
