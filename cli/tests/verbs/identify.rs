@@ -19,6 +19,29 @@ fn flight(name: &str, change: impl Fn(&str, String) -> Option<String>) -> PathBu
     changed(HELI, name, &["imu.csv", "gps.csv", "controls.csv", "dataset.toml"], change)
 }
 
+/// The log's sticks in `info`: the flight has three test points on each.
+#[test]
+fn info_states_which_sticks_move_and_what_can_be_identified() {
+    let info: Value = serde_json::from_str(&succeeds(&["info", HELI, "--json"])).expect("JSON");
+    let sticks = info["excitation"]["sticks"].as_array().expect("four sticks");
+    for stick in sticks {
+        assert_eq!(stick["test_points"], 3, "{stick}");
+        assert!(stick["moved_s"].as_f64().expect("a number") > 10.0, "{stick}");
+        assert!(stick["band_hz"][1].as_f64().expect("a number") > 1.0, "{stick}");
+    }
+    let words = succeeds(&["info", HELI]);
+    assert!(words.contains("\n  identify      yaw, heave, roll, pitch, rates"), "{words}");
+    // Without GPS only rates are identified.
+    let blind = changed(
+        HELI,
+        "info-without-gps",
+        &["imu.csv", "controls.csv", "dataset.toml"],
+        |_, own| Some(own),
+    );
+    let words = succeeds(&["info", text(&blind)]);
+    assert!(words.contains("\n  identify      yaw, roll, pitch, rates\n"), "{words}");
+}
+
 #[test]
 fn an_identification_leaves_a_model_a_summary_and_a_page() {
     // Without the reference and the true parameters: the command must not need them.

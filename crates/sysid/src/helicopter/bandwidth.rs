@@ -6,7 +6,7 @@ use super::flight::{INJECTED, STEPPED};
 use crate::methods::frequency::{Band, SpectrumSettings, Window, spectra};
 use crate::record::{Experiment, STICKS};
 
-/// Fraction of a stick's power that lies within its bandwidth.
+/// Fraction of a stick's power that lies below the end of its band. The same fraction lies above its start.
 const WITHIN: f64 = 0.95;
 /// Length of the windows of the spectra, s.
 const WINDOW_S: f64 = 10.0;
@@ -37,28 +37,40 @@ pub(super) fn bandwidth_hz(record: &Experiment) -> f64 {
     let tests = [&INJECTED, &STEPPED, &STICKS].map(|names| moving(record, names));
     let Some(names) = tests.into_iter().find(|names| !names.is_empty()) else { return 0.0 };
     let signals: Vec<_> = names.iter().filter_map(|name| record.signal(name).ok()).collect();
-    let mut signals = DMatrix::from_columns(&signals);
+    let bands = bands_hz(&DMatrix::from_columns(&signals), record.period_s);
+    bands.into_iter().flatten().map(|[_, last_hz]| last_hz).fold(0.0, f64::max)
+}
+
+/// First and last frequency, Hz, of the band that contains most of the power of each column of `signals`, sampled every
+/// `period_s`. `None` without power, or for a record too short for spectra.
+pub(super) fn bands_hz(signals: &DMatrix<f64>, period_s: f64) -> Vec<Option<[f64; 2]>> {
+    let mut signals = signals.clone();
     signals.column_iter_mut().for_each(|mut column| column.add_scalar_mut(-column.mean()));
-    let last_hz = MOST_HZ.min(0.45 / record.period_s);
+    let last_hz = MOST_HZ.min(0.45 / period_s);
     let settings = SpectrumSettings {
-        window_s: WINDOW_S.min(record.duration_s()),
+        window_s: WINDOW_S.min(signals.nrows() as f64 * period_s),
         overlap: 0.5,
         window: Window::Hann,
         band: Band { first_hz: FIRST_HZ, last_hz, points: POINTS },
     };
-    let Ok(found) = spectra(&[&signals], record.period_s, &settings) else { return 0.0 };
+    let Ok(found) = spectra(&[&signals], period_s, &settings) else {
+        return vec![None; signals.ncols()];
+    };
+    let frequencies = settings.band.frequencies_hz();
     let of = |column: usize| {
         let power = || found.densities.iter().map(|density| density[(column, column)].re);
-        let within = WITHIN * power().sum::<f64>();
-        let mut sum = 0.0;
-        let frequencies = settings.band.frequencies_hz();
-        let place = power().position(|own| {
-            sum += own;
-            sum >= within
-        });
-        place.map_or(0.0, |place| frequencies[place])
+        let whole = power().sum::<f64>();
+        let place = |part: f64| {
+            let mut sum = 0.0;
+            power().position(|own| {
+                sum += own;
+                sum >= part * whole
+            })
+        };
+        let ends = place(1.0 - WITHIN).zip(place(WITHIN)).filter(|_| whole > 0.0);
+        ends.map(|(first, last)| [frequencies[first], frequencies[last]])
     };
-    (0..signals.ncols()).map(of).fold(0.0, f64::max)
+    (0..signals.ncols()).map(of).collect()
 }
 
 /// Longest sample period for identification, s. The sample rate is well above the frequencies that sticks and gusts

@@ -4,6 +4,7 @@
 //! the identification in the frequency domain. [`Identified`](crate::methods::prediction_error::Identified) contains
 //! the model, with poles and their bounds.
 
+mod activity;
 mod adapted;
 mod bandwidth;
 mod checks;
@@ -32,6 +33,7 @@ mod vehicle;
 mod velocity_error;
 mod verdict;
 
+pub use activity::{Activity, StickActivity};
 pub use checks::flight_warnings;
 pub use error::IdentifyError;
 pub use flight::{FlightRecord, MOTION, Velocity};

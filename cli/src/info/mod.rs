@@ -1,5 +1,8 @@
 //! `hovernav info`: the contents of a log.
 
+#[cfg(feature = "lab")]
+mod sticks;
+
 use std::path::PathBuf;
 
 use hovernav_findings::Survey;
@@ -32,14 +35,24 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         ..
     } = memory::open(&arguments.log, &arguments.sensors.options(), 2)?;
     let survey = Survey::of(&dataset);
+    #[cfg(feature = "lab")]
+    let activity = sticks::activity(&dataset);
     drop(reading);
     if arguments.json {
         let mut info = serde_json::to_value(&survey)?;
         info["format"] = format.to_string().into();
         info["input"] = arguments.log.display().to_string().into();
+        #[cfg(feature = "lab")]
+        if let Some(activity) = activity {
+            info["excitation"] = serde_json::to_value(activity)?;
+        }
         return output::print_json(&info);
     }
     output::print(&survey);
+    #[cfg(feature = "lab")]
+    if let Some(activity) = activity {
+        output::print(sticks::in_words(&activity));
+    }
     #[cfg(feature = "record")]
     if let Some(record) = record {
         output::print(RecordInfo(&record));

@@ -1,0 +1,159 @@
+//! Movement of the sticks in a flight, and the models that it can identify.
+
+use nalgebra::DMatrix;
+use serde::Serialize;
+
+use super::bandwidth::bands_hz;
+use super::model_structure::ModelStructure;
+use crate::record::{STICKS, find_test_points, travels};
+use hovernav::time::Time;
+
+/// Movement of one stick in a flight.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StickActivity {
+    /// The stick, or the axis of another recorded input.
+    pub stick: &'static str,
+    /// Range without outliers, in the unit of the record.
+    pub travel: f64,
+    /// Time in which the stick moves, s: seconds in which it changes by more than a tenth of its travel.
+    pub moved_s: f64,
+    /// First and last frequency of its movement, Hz: 5 % of the power lie below, 5 % above. `None` for a stick that does
+    /// not move.
+    pub band_hz: Option<[f64; 2]>,
+    /// Number of test points: steps of this stick alone.
+    pub test_points: usize,
+}
+
+/// Movement of all sticks in a flight, and the models that it can identify.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Activity {
+    /// Lateral, longitudinal, collective, pedal.
+    pub sticks: Vec<StickActivity>,
+    /// Names of the built-in structures whose sticks all move. Without fixes these are structures of rates.
+    pub models: Vec<String>,
+}
+
+/// Fraction of the largest travel of all sticks below which a stick counts as still, as in an identification.
+const STILL: f64 = 0.05;
+/// Fraction of its travel by which a moving stick changes within a second.
+const MOVED: f64 = 0.1;
+/// Shortest and longest sample period of the spectra, s.
+const PERIOD_S: [f64; 2] = [0.01, 0.1];
+
+/// Largest number of samples of the spectra: a day at the shortest period. A longer record has a wrong clock.
+const MOST_SAMPLES: usize = 8_640_000;
+
+impl Activity {
+    /// The movement in `controls`: rows of the four sticks in time order. `has_fixes` is whether the log has velocities.
+    #[must_use]
+    pub fn of(controls: &[(Time, [f64; 4])], has_fixes: bool) -> Self {
+        let travels = travels(controls);
+        let largest = travels.into_iter().fold(0.0, f64::max);
+        let moves = travels.map(|travel| travel > STILL * largest);
+        let bands = bands(controls);
+        let points = find_test_points(controls);
+        let sticks = STICKS.into_iter().enumerate().map(|(index, stick)| StickActivity {
+            stick,
+            travel: travels[index],
+            moved_s: if moves[index] {
+                moved_s(controls, index, MOVED * travels[index])
+            } else {
+                0.0
+            },
+            band_hz: bands.get(index).copied().flatten().filter(|_| moves[index]),
+            test_points: points.iter().filter(|point| point.stick == Some(index)).count(),
+        });
+        let is_moved =
+            |stick: &str| STICKS.iter().zip(moves).any(|(own, moves)| moves && *own == stick);
+        let models = ModelStructure::all().filter(|model| {
+            let equations = &model.equations;
+            // A model of one stick needs only that stick.
+            let is_excited = match model.own_delay() {
+                Some((stick, _)) => is_moved(stick),
+                None => equations.inputs_of_pilot().all(is_moved),
+            };
+            is_excited && (has_fixes || model.has_rates_alone())
+        });
+        let models = models.map(|model| model.name().to_owned()).collect();
+        Self { sticks: sticks.collect(), models }
+    }
+}
+
+/// Seconds in which the stick `index` changes by more than `least`.
+fn moved_s(controls: &[(Time, [f64; 4])], index: usize, least: f64) -> f64 {
+    let seconds =
+        controls.chunk_by(|one, other| one.0.seconds().floor() == other.0.seconds().floor());
+    let moved = seconds.filter(|rows| {
+        let values = || rows.iter().map(|row| row.1[index]).filter(|value| value.is_finite());
+        values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min) > least
+    });
+    moved.count() as f64
+}
+
+/// Band of each stick, with its position held from row to row.
+fn bands(controls: &[(Time, [f64; 4])]) -> Vec<Option<[f64; 2]>> {
+    let (Some(first), Some(last)) = (controls.first(), controls.last()) else { return Vec::new() };
+    let mut intervals: Vec<f64> = controls.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+    intervals.sort_by(f64::total_cmp);
+    let [shortest_s, longest_s] = PERIOD_S;
+    let usual_s = intervals.get(intervals.len() / 2).copied().unwrap_or(longest_s);
+    let period_s = usual_s.clamp(shortest_s, longest_s);
+    let samples = ((last.0 - first.0) / period_s) as usize + 1;
+    if samples > MOST_SAMPLES {
+        return Vec::new();
+    }
+    let mut row = 0;
+    let mut held = DMatrix::zeros(samples, STICKS.len());
+    for sample in 0..samples {
+        let time = first.0 + sample as f64 * period_s;
+        while controls.get(row + 1).is_some_and(|next| next.0 <= time) {
+            row += 1;
+        }
+        for (stick, value) in controls[row].1.into_iter().enumerate() {
+            held[(sample, stick)] = if value.is_finite() { value } else { 0.0 };
+        }
+    }
+    bands_hz(&held, period_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// A minute at 50 Hz: a sine of 2 Hz on the lateral stick from 20 to 40 s, and nothing on the others.
+    fn roll_alone() -> Vec<(Time, [f64; 4])> {
+        let row = |sample: u32| {
+            let second = f64::from(sample) / 50.0;
+            let moves = (20.0..40.0).contains(&second);
+            let lateral = if moves { 0.2 * (2.0 * TAU * second).sin() } else { 0.0 };
+            (Time::from_seconds(second), [lateral, 0.0, 0.3, 0.0])
+        };
+        (0..3000).map(row).collect()
+    }
+
+    #[test]
+    fn a_sine_on_one_stick_gives_its_time_its_band_and_the_models_of_this_stick() {
+        let found = Activity::of(&roll_alone(), true);
+        let lateral = &found.sticks[0];
+        assert!((lateral.travel - 0.4).abs() < 0.01 && lateral.moved_s == 20.0, "{lateral:?}");
+        let [first_hz, last_hz] = lateral.band_hz.expect("it moves");
+        assert!(first_hz > 1.8 && last_hz < 2.2, "{first_hz} to {last_hz} Hz");
+        assert_eq!(found.models, ["roll"]);
+        for still in &found.sticks[1..] {
+            assert_eq!((still.moved_s, still.band_hz), (0.0, None), "{still:?}");
+        }
+        assert_eq!(Activity::of(&roll_alone(), false).models, ["roll"]);
+    }
+
+    #[test]
+    fn records_without_movement_give_nothing() {
+        let still: Vec<_> =
+            roll_alone().iter().map(|row| (row.0, [f64::NAN, 0.1, 0.0, 0.0])).collect();
+        for controls in [&still[..], &still[..1], &[]] {
+            let found = Activity::of(controls, true);
+            assert!(found.models.is_empty(), "{found:?}");
+            assert!(found.sticks.iter().all(|stick| stick.band_hz.is_none()), "{found:?}");
+        }
+    }
+}
