@@ -5,7 +5,9 @@
 use std::error::Error;
 use std::path::Path;
 
-use hovernav_log::{Axis, Dataset, Reference, score};
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_replay::estimate;
+use hovernav_score::{Axis, score};
 
 /// Axes that are compared with the reference of the dataset; the estimator never reads it.
 const AXES: [Axis; 3] = [Axis::VelocityNorth, Axis::VelocityEast, Axis::VelocityDown];
@@ -14,7 +16,7 @@ const AXES: [Axis; 3] = [Axis::VelocityNorth, Axis::VelocityEast, Axis::Velocity
 fn velocity_errors(log: &Path) -> Result<[f64; 3], Box<dyn Error>> {
     let mut dataset = Dataset::open(log)?;
     let config = dataset.settings()?;
-    let run = dataset.estimate(&config, |_| {});
+    let run = estimate(&dataset, &config, |_| {});
 
     let reference = Reference::open(log, &dataset.manifest)?.ok_or("the log has no reference")?;
     let first = dataset.imu.first().ok_or("the log has no inertial samples")?.time;

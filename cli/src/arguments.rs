@@ -3,8 +3,8 @@
 use std::str::FromStr;
 
 use hovernav::time::Time;
+use hovernav_dataset::{LocalAxes, Outage};
 use hovernav_formats::Options;
-use hovernav_log::{LocalAxes, Outage};
 
 /// The axes of a trajectory in local metres.
 #[derive(Clone, Copy, clap::ValueEnum)]

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use hovernav_dataset::LogError;
 use hovernav_formats::{Comparison, NamedTrajectory};
-use hovernav_log::LogError;
 use hovernav_pages::compare::ComparisonPage;
 
 use crate::arguments::AxesArgument;

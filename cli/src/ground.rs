@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use anyhow::Context as _;
+use hovernav_dataset::{HeadingReference, Manifest};
 use hovernav_ground::decode::Protocol;
 use hovernav_ground::folder::Folder;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::link::{Link, Source};
 use hovernav_ground::server::{Access, Bound, ServerConfig};
 use hovernav_ground::station::Station;
-use hovernav_log::{HeadingReference, Manifest};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::arguments::read_fly_config;

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use anyhow::{anyhow, ensure};
+use hovernav_dataset::{Dataset, LogError};
 use hovernav_formats::{Log, Options};
-use hovernav_log::{Dataset, LogError};
+use hovernav_replay::smoothing_bytes;
 
 /// Memory for a page and files, in addition to the log, bytes.
 const RESERVE: u64 = 64 << 20;
@@ -47,7 +48,7 @@ pub fn check(log: &Path, options: &Options, times: u64) -> anyhow::Result<()> {
 
 /// Rejects a log that is too long to smooth in the free memory, before smoothing starts.
 pub fn check_smoothing(log: &Path, dataset: &Dataset) -> anyhow::Result<()> {
-    let needed = dataset.smoothing_bytes() + RESERVE;
+    let needed = smoothing_bytes(dataset) + RESERVE;
     let free = free_bytes();
     ensure!(
         needed <= free,

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::Context as _;
-use hovernav_log::write_whole;
+use hovernav_dataset::write_whole;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 

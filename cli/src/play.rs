@@ -164,7 +164,7 @@ mod unix {
     }
 
     /// Prints the ranges of the inertial unit. The flight computer needs them, and the packets do not contain them.
-    fn print_ranges(dataset: &hovernav_log::Dataset) {
+    fn print_ranges(dataset: &hovernav_dataset::Dataset) {
         let imu = &dataset.manifest.imu;
         let (rate_degps, acceleration_g) = play::DEFAULT_RANGES;
         crate::output::say(format_args!(

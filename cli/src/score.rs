@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use hovernav::earth::Geodetic;
+use hovernav_dataset::Alignment;
 use hovernav_formats::{Scoring, open_trajectory};
-use hovernav_log::{Alignment, Axis, Score, Statistics};
+use hovernav_score::{Axis, Score, Statistics};
 
 use crate::arguments::{AxesArgument, finite};
 use crate::memory;

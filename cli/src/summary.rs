@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use hovernav_formats::{InnovationSizes, RunSummary};
-use hovernav_log::{Axis, Statistics};
+use hovernav_score::{Axis, Statistics};
 
 use hovernav_pages::flight::facts;
 

@@ -10,8 +10,8 @@ use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::utc::moment;
-use hovernav_log::{Dataset, Manifest};
+use hovernav_dataset::utc::moment;
+use hovernav_dataset::{Dataset, Manifest};
 use serde::Serialize;
 
 use crate::channel::Id;

@@ -9,7 +9,7 @@ use hovernav::frames::Vector;
 use hovernav::imu::Motion;
 use hovernav::telemetry::SystemMode;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, LogError};
+use hovernav_dataset::{Dataset, LogError};
 use hovernav_record::{Cycle, Level, Record};
 
 use crate::channel::{CHANNELS, Id};

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use hovernav_log::open_file;
+use hovernav_dataset::open_file;
 use mcap::records::{MessageHeader, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::write::NoSeek;
@@ -66,7 +66,7 @@ pub enum RecordError {
     #[error("{source}")]
     Flight {
         /// The cause.
-        source: hovernav_log::LogError,
+        source: hovernav_dataset::LogError,
     },
     /// The file is not a record of a ground station.
     #[error("{}: found {found}, expected the topic `{TELEMETRY}` of a ground station's record", path.display())]

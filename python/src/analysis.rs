@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use hovernav_dataset::columns::RATES;
+use hovernav_dataset::{LocalAxes, Trajectory, allan_deviation, median_interval_s};
 use hovernav_formats::{Options, Scoring, open_trajectory};
-use hovernav_log::columns::RATES;
-use hovernav_log::{LocalAxes, Trajectory, allan_deviation, median_interval_s};
 use hovernav_sim::faults::{self, Fault};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

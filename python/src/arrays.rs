@@ -2,8 +2,10 @@
 
 use hovernav::frames::EulerAngles;
 use hovernav::imu::{ImuSample, Motion};
-use hovernav_log::columns::{ALTITUDE, ATTITUDE, GPS, INCREMENTS, MAGNETIC, RATES, STICKS};
-use hovernav_log::{ClockSteps, Dataset, FixGate, Remarks, StatedFix, field_fault, motion_fault};
+use hovernav_dataset::columns::{ALTITUDE, ATTITUDE, GPS, INCREMENTS, MAGNETIC, RATES, STICKS};
+use hovernav_dataset::{
+    ClockSteps, Dataset, FixGate, Remarks, StatedFix, field_fault, motion_fault,
+};
 use pyo3::prelude::*;
 
 use crate::columns::Columns;

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
+use hovernav_dataset::Trajectory;
 use hovernav_formats::{Comparison, NamedTrajectory};
-use hovernav_log::Trajectory;
 use hovernav_pages::compare::{ComparisonPage, MOST_SOLUTIONS};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;

@@ -8,8 +8,10 @@ use hovernav::autopilot::HoverConfig;
 use hovernav::earth::Geodetic;
 use hovernav_design::CheckedDesign;
 use hovernav_design::hover::{HoverDesign, Wanted};
+use hovernav_findings::{check_fitness, ensure_possible};
 use hovernav_formats::Options;
 use hovernav_model::{StateSpace, TimeDomain, shipped};
+use hovernav_replay::smooth;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{FlightConfig, FlightEvent};
 use hovernav_sysid::helicopter::{
@@ -220,12 +222,12 @@ pub fn identify(
             return Err(named(&"found no sticks, and identification needs the pilot's inputs"));
         }
         if dataset.fixes.is_empty() {
-            dataset.ensure_possible(&log.path)?;
+            ensure_possible(&dataset, &log.path)?;
         } else {
-            dataset.check_fitness(&log.path)?;
+            check_fitness(&dataset, &log.path)?;
         }
         let settings = dataset.settings()?;
-        let smoothed = dataset.smooth(&settings, |_| ()).solutions;
+        let smoothed = smooth(&dataset, &settings, |_| ()).solutions;
         let solutions = solutions_for(&dataset, structure.as_ref(), smoothed);
         if solutions.is_empty() {
             return Err(named(

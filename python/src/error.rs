@@ -1,6 +1,6 @@
 //! Errors of the library as Python exceptions.
 
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 use hovernav_sim::faults::InjectError;
 use pyo3::exceptions::{PyFileNotFoundError, PyOSError};
 use pyo3::prelude::*;

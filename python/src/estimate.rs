@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use hovernav::time::Time;
+use hovernav_dataset::Outage;
 use hovernav_formats::{Changes, Options, Pass};
-use hovernav_log::Outage;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 

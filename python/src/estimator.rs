@@ -9,7 +9,7 @@ use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Notch};
 use hovernav::time::Time;
-use hovernav_log::{Manifest, Reading};
+use hovernav_dataset::{Manifest, Reading};
 use pyo3::prelude::*;
 
 use crate::columns::{time, times, triple, triples, vector};

@@ -5,9 +5,12 @@ use std::sync::Arc;
 
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::imu::Motion;
+use hovernav_dataset::columns::{
+    ALTITUDE, ATTITUDE, GPS, INCREMENTS, MAGNETIC, RATES, STICKS, TIME,
+};
+use hovernav_dataset::{LogError, StatedFix, write_whole};
+use hovernav_findings::Contents;
 use hovernav_formats::{Log, Options};
-use hovernav_log::columns::{ALTITUDE, ATTITUDE, GPS, INCREMENTS, MAGNETIC, RATES, STICKS, TIME};
-use hovernav_log::{Contents, LogError, StatedFix, write_whole};
 use pyo3::prelude::*;
 use tempfile::TempDir;
 

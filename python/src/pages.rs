@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 use hovernav_pages::{Page, PageError};
 
 use crate::error::Result;

@@ -23,7 +23,7 @@ impl Settings {
                 let kind = config.get_type();
                 Error::Config(format!("config: found {kind}, expected a path or a dictionary"))
             })?;
-            let text = hovernav_toml::read_text(&name).map_err(hovernav_log::LogError::from)?;
+            let text = hovernav_toml::read_text(&name).map_err(hovernav_dataset::LogError::from)?;
             return Ok(Self { text, name });
         };
         let rejected = |why: String| Error::Config(format!("config: {why}"));

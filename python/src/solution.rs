@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use hovernav::ekf::{Estimator, Solution as CoreState};
+use hovernav_dataset::{Outage, SOLUTION_COLUMNS, solution_row};
+use hovernav_findings::Finding as CoreFinding;
 use hovernav_formats::{Estimated, Judged, Log};
-use hovernav_log::{
-    Finding as CoreFinding, Level, Outage, SOLUTION_COLUMNS, Verdict, solution_row,
-};
 use hovernav_pages::flight::LogPage;
+use hovernav_score::{Level, Verdict};
 use numpy::{PyArray1, PyArray2, PyArrayMethods as _};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;

@@ -5,7 +5,8 @@ use hovernav::autopilot::{Mode, Reason, SetPoint};
 use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Vector, wrap_angle};
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
+use hovernav_replay::estimate;
 use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent, FlightSample, WindConfig};
 
 use crate::{STATES, STOP, allowed_s, autopilot, disturbances, settled_s};
@@ -173,7 +174,7 @@ fn the_record_replayed_gives_what_the_autopilot_flew_on() {
     let mut read = Dataset::open(dir.path()).unwrap();
     assert_eq!(read.controls.len(), flight.samples.len());
     let settings = read.settings().unwrap();
-    let replayed = read.estimate(&settings, |_| {}).solutions;
+    let replayed = estimate(&read, &settings, |_| {}).solutions;
     // A solution is replayed as of the sample, before a fix or height of the same sample.
     let aided = |time| {
         flight.fixes.iter().any(|fix| fix.time == time)

@@ -3,7 +3,7 @@
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
-use hovernav_log::Truth;
+use hovernav_dataset::Truth;
 use hovernav_sim::FlightConfig;
 use hovernav_sim::campaign::SensorGrade;
 

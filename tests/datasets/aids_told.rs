@@ -3,7 +3,9 @@
 use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Finding, FindingKind, Sensor};
+use hovernav_dataset::Dataset;
+use hovernav_findings::{Finding, FindingKind, Sensor, check_setup, findings};
+use hovernav_replay::estimate;
 use hovernav_sim::{
     BaroConfig, DmuConfig, FlightPlan, GpsConfig, SimulatedBaro, fly, sensor_manifest,
 };
@@ -36,8 +38,8 @@ fn flight(seed: u64) -> Dataset {
 /// The warnings of a run over `dataset` about `sensor`.
 fn warnings(dataset: &mut Dataset, sensor: Sensor) -> Vec<Finding> {
     let config = dataset.settings().unwrap();
-    let run = dataset.estimate(&config, |_| {});
-    let mut found = dataset.findings(&run);
+    let run = estimate(dataset, &config, |_| {});
+    let mut found = findings(dataset, &run);
     found.retain(|finding| finding.is_warning() && finding.sensor == sensor);
     found
 }
@@ -142,12 +144,12 @@ fn a_barometer_in_another_unit_or_of_the_wrong_sign_is_named_where_the_vehicle_c
     ];
     for seed in 1..6 {
         let sound = flight(seed);
-        let found = sound.check_setup();
+        let found = check_setup(&sound);
         assert!(found.iter().all(|finding| finding.sensor != Sensor::Barometer), "{found:?}");
         for (wrong, cause) in causes {
             let mut dataset = sound.clone();
             dataset.baro.iter_mut().for_each(|(_, height_m)| *height_m = wrong(*height_m));
-            let found = dataset.check_setup();
+            let found = check_setup(&dataset);
             let named = found.iter().find(|finding| finding.sensor == Sensor::Barometer);
             let Some(finding) = named else { panic!("seed {seed}, {cause}: {found:?}") };
             assert!(finding.cause.contains(cause) && finding.is_certain, "{finding}");

@@ -9,7 +9,7 @@ use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Manifest};
+use hovernav_dataset::{Dataset, Manifest};
 use proptest::prelude::*;
 
 const FILES: [&str; 6] =

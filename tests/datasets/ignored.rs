@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Rotation, Vector, wrap_angle};
 use hovernav::gps::AntennaHeading;
-use hovernav_log::{Dataset, Sensor, SetupFinding};
+use hovernav_dataset::Dataset;
+use hovernav_findings::{Sensor, SetupFinding, check_fitness, ignore, ignore_inconsistent};
+use hovernav_replay::estimate;
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Recording, fly, sensor_manifest};
 
 fn heli_hover() -> PathBuf {
@@ -33,7 +35,7 @@ fn flight(seed: u64) -> (Dataset, Recording) {
 /// Root mean square of the yaw's error over its one-sigma.
 fn yaw_over_sigma(dataset: &mut Dataset, recording: &Recording) -> f64 {
     let config = dataset.settings().unwrap();
-    let run = dataset.estimate(&config, |_| {});
+    let run = estimate(dataset, &config, |_| {});
     let truth = |time| {
         let after = recording.truth.partition_point(|at| at.time < time);
         &recording.truth[after.min(recording.truth.len() - 1)]
@@ -47,8 +49,8 @@ fn yaw_over_sigma(dataset: &mut Dataset, recording: &Recording) -> f64 {
 }
 
 fn ignored(dataset: &mut Dataset) -> Vec<SetupFinding> {
-    let denied = dataset.check_fitness(Path::new("log")).unwrap();
-    dataset.ignore(denied)
+    let denied = check_fitness(dataset, Path::new("log")).unwrap();
+    ignore(dataset, denied)
 }
 
 #[test]
@@ -93,7 +95,7 @@ fn one_that_stays_in_its_file_is_passed_over_there() {
         mend: "end it".into(),
     };
     let before: Vec<_> = dataset.samples().collect();
-    assert_eq!(dataset.ignore(vec![denied]).len(), 1);
+    assert_eq!(ignore(&mut dataset, vec![denied]).len(), 1);
     let after: Vec<_> = dataset.samples().collect();
     assert!(before.iter().all(|sample| sample.magnetic_field_gauss.is_some()));
     for (mut before, after) in before.into_iter().zip(after) {
@@ -113,7 +115,7 @@ fn what_nothing_can_do_without_is_not_ignored() {
         mend: String::new(),
     };
     assert!(!denied.can_be_ignored());
-    assert_eq!(dataset.ignore(vec![denied]), []);
+    assert_eq!(ignore(&mut dataset, vec![denied]), []);
 }
 
 /// A second antenna that drifts by 0.3 °/s, too slowly for a gate.
@@ -137,12 +139,12 @@ fn a_second_antenna_without_which_the_fixes_agree_is_not_used() {
         };
         dataset.headings = heading(0.0).collect();
         let config = dataset.settings().unwrap();
-        let run = dataset.estimate(&config, |_| {});
-        assert_eq!(dataset.ignore_inconsistent(&config, &run), []);
+        let run = estimate(&dataset, &config, |_| {});
+        assert_eq!(ignore_inconsistent(&mut dataset, &config, &run), []);
 
         dataset.headings = heading(0.3).collect();
-        let run = dataset.estimate(&config, |_| {});
-        let told = dataset.ignore_inconsistent(&config, &run);
+        let run = estimate(&dataset, &config, |_| {});
+        let told = ignore_inconsistent(&mut dataset, &config, &run);
         let [finding] = &told[..] else { panic!("seed {seed}: {told:?}") };
         assert!(finding.to_string().starts_with("second antenna: not used: "), "{finding}");
         assert!(dataset.headings.is_empty());

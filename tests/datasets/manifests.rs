@@ -1,6 +1,6 @@
 //! Reading of `dataset.toml`: valid keys have the intended effect, invalid keys are rejected with their line.
 
-use hovernav_log::{Dataset, Manifest, SolutionPoint};
+use hovernav_dataset::{Dataset, Manifest, SolutionPoint};
 use tempfile::TempDir;
 
 const IMU: &str = "t_s,gyro_x_radps,gyro_y_radps,gyro_z_radps,accel_x_mps2,accel_y_mps2,accel_z_mps2\n\

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use approx::assert_abs_diff_eq;
 use hovernav::imu::Motion;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, HeadingReference, LogError, Manifest, Point};
+use hovernav_dataset::{Dataset, HeadingReference, LogError, Manifest, Point};
 use hovernav_testing::shared;
 use tempfile::TempDir;
 

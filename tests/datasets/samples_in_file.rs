@@ -4,7 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Finding, Keep, Reference, Run};
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_findings::{Finding, check_setup, findings};
+use hovernav_replay::{Keep, Run, estimate_each, smooth};
 use hovernav_testing::shared;
 
 fn heli_hover() -> PathBuf {
@@ -27,17 +29,22 @@ fn assert_same([whole, left]: &[Dataset; 2]) {
     assert_eq!(left.sample_interval_s(), whole.sample_interval_s());
     assert_eq!(left.imu_rate_hz(), whole.imu_rate_hz());
     let setup =
-        |log: &Dataset| log.check_setup().iter().map(ToString::to_string).collect::<Vec<_>>();
+        |log: &Dataset| check_setup(log).iter().map(ToString::to_string).collect::<Vec<_>>();
     assert_eq!(setup(left), setup(whole));
     left.ensure_read().unwrap();
 }
 
 fn run(dataset: &mut Dataset) -> (Run, Vec<String>) {
     let config = dataset.settings().unwrap();
-    let run = dataset
-        .estimate_each(&config, Keep::Thinned, |_| {}, |_| Ok::<(), std::convert::Infallible>(()))
-        .unwrap();
-    let findings = dataset.findings(&run);
+    let run = estimate_each(
+        dataset,
+        &config,
+        Keep::Thinned,
+        |_| {},
+        |_| Ok::<(), std::convert::Infallible>(()),
+    )
+    .unwrap();
+    let findings = findings(dataset, &run);
     (run, findings.into_iter().map(|Finding { words, .. }| words).collect())
 }
 
@@ -61,7 +68,7 @@ fn smoothing_is_the_same_to_the_last_bit() {
     let mut both = both(&heli_hover());
     let [whole, left] = both.each_mut().map(|dataset| {
         let config = dataset.settings().unwrap();
-        dataset.smooth(&config, |_| {})
+        smooth(dataset, &config, |_| {})
     });
     assert!(whole.solutions.len() > 9_000);
     assert_eq!(left.solutions, whole.solutions);

@@ -7,10 +7,8 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::time::Time;
-use hovernav_log::{
-    Axis, Dataset, LogError, Manifest, Reference, Score, SolutionWriter, Statistics, Truth,
-    outage_drift, score,
-};
+use hovernav_dataset::{Dataset, LogError, Manifest, Reference, SolutionWriter, Truth};
+use hovernav_score::{Axis, Score, Statistics, outage_drift, score};
 use proptest::prelude::*;
 
 fn seconds(seconds: f64) -> Time {

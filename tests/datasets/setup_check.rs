@@ -8,7 +8,9 @@ use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{Dataset, LogError, Sensor, alternative};
+use hovernav_dataset::{Dataset, LogError};
+use hovernav_findings::{Sensor, alternative, check_fitness, check_setup, ensure_possible};
+use hovernav_replay::estimate;
 use hovernav_sim::faults::{Fault, Log};
 use hovernav_testing::{FLIGHTS, shared};
 use rand_chacha::rand_core::SeedableRng;
@@ -38,16 +40,16 @@ fn copy(log: &Path, fault: &str) -> tempfile::TempDir {
 /// Reasons for which `hovernav estimate` rejects a log.
 fn refusal(dir: &Path) -> String {
     let dataset = Dataset::open(dir).unwrap();
-    dataset.check_fitness(dir).err().map_or_else(String::new, |error| error.to_string())
+    check_fitness(&dataset, dir).err().map_or_else(String::new, |error| error.to_string())
 }
 
 #[test]
 fn flights_as_they_were_flown_are_not_suspected() {
     for dir in datasets() {
         let mut dataset = Dataset::open(&dir).unwrap();
-        assert_eq!(dataset.check_setup(), [], "{}", dir.display());
+        assert_eq!(check_setup(&dataset), [], "{}", dir.display());
         let config = dataset.settings().unwrap();
-        let run = dataset.estimate(&config, |_| {});
+        let run = estimate(&dataset, &config, |_| {});
         assert_eq!(alternative(&dataset, &config, &run), None, "{}", dir.display());
     }
 }
@@ -57,7 +59,7 @@ fn vibration_clipping_and_bad_fixes_are_no_wrong_set_up() {
     for fault in ["vibration=4", "clip-accel=2", "packet-loss=25", "glitch-step=60", "no-velocity"]
     {
         let dir = copy(&heli_hover(), fault);
-        assert_eq!(Dataset::open(dir.path()).unwrap().check_setup(), [], "{fault}");
+        assert_eq!(check_setup(&Dataset::open(dir.path()).unwrap()), [], "{fault}");
     }
 }
 
@@ -100,7 +102,7 @@ fn a_velocity_of_a_wrong_unit_or_sign_is_refused_with_and_without_its_vertical_p
                         .map(|[north, east]| [scale[0] * north, scale[1] * east]);
                     fix.down_velocity_mps = fix.down_velocity_mps.filter(|_| !is_level);
                 }
-                let refusal = dataset.ensure_possible(&dir).unwrap_err().to_string();
+                let refusal = ensure_possible(&dataset, &dir).unwrap_err().to_string();
                 assert!(refusal.contains(expected), "{} {scale:?}: {refusal}", dir.display());
             }
         }
@@ -117,7 +119,7 @@ fn a_velocity_of_the_fix_before_or_after_is_named() {
             let other = index.checked_add_signed(later).and_then(|other| told.get(other));
             fix.horizontal_velocity_mps = other.copied().flatten();
         }
-        let found = dataset.check_setup();
+        let found = check_setup(&dataset);
         assert!(found.iter().any(|one| one.to_string().contains(expected)), "{later}: {found:?}");
     }
 }
@@ -142,7 +144,7 @@ fn a_wrong_set_up_of_a_unit_without_attitude_is_refused_or_named_after_trying_ot
         if told.is_empty() {
             let mut dataset = Dataset::open(dir.path()).unwrap();
             let config = dataset.settings().unwrap();
-            let run = dataset.estimate(&config, |_| {});
+            let run = estimate(&dataset, &config, |_| {});
             told = alternative(&dataset, &config, &run).map_or(told, |found| found.to_string());
         }
         assert!(told.contains(expected), "{name} {fault}: {told}");
@@ -162,7 +164,7 @@ fn the_line_that_mends_a_set_up_mends_it() {
         let text = std::fs::read_to_string(&path).unwrap();
         std::fs::write(&path, text.replacen("[imu]", &format!("[imu]\n{key}"), 1)).unwrap();
         let mended = Dataset::open(dir.path()).unwrap();
-        assert!(mended.ensure_possible(dir.path()).is_ok(), "{fault}");
+        assert!(ensure_possible(&mended, dir.path()).is_ok(), "{fault}");
         assert_eq!(mended.manifest.imu.axes, truth.manifest.imu.axes);
         let size = |dataset: &Dataset| {
             let means = dataset.imu.iter().map(|sample| sample.motion.mean_rates(0.03));
@@ -178,7 +180,7 @@ fn spans_that_do_not_overlap_are_printed_with_the_likely_cause() {
     for fix in &mut dataset.fixes {
         fix.time = fix.time.offset_by(604_800.0);
     }
-    let error = dataset.ensure_possible("log".as_ref()).unwrap_err();
+    let error = ensure_possible(&dataset, "log".as_ref()).unwrap_err();
     assert!(matches!(error, LogError::Setup { .. }));
     let text = error.to_string();
     assert!(
@@ -195,7 +197,7 @@ fn samples_too_slow_for_inertial_work_are_refused_with_the_rate() {
         index += 1;
         index % 4 == 0
     });
-    let text = dataset.ensure_possible("log".as_ref()).unwrap_err().to_string();
+    let text = ensure_possible(&dataset, "log".as_ref()).unwrap_err().to_string();
     assert!(text.contains("found 8.250 samples a second"), "{text}");
 }
 
@@ -229,7 +231,7 @@ fn wandering(seed: u64) -> Vec<Fix> {
 fn a_velocity_that_scatters_as_much_as_the_vehicle_moves_is_in_no_other_unit() {
     for seed in 0..100 {
         let dataset = Dataset { fixes: wandering(seed), ..Dataset::default() };
-        let found = dataset.check_setup();
+        let found = check_setup(&dataset);
         assert!(
             found.iter().all(|finding| finding.sensor != Sensor::Gps),
             "seed {seed}: {found:?}"
@@ -262,7 +264,7 @@ fn turning_over(mut dataset: Dataset, every_s: f64, scale: f64) -> Dataset {
 fn a_vehicle_that_turns_over_is_not_in_degrees() {
     let found = |every_s: f64, scale: f64| {
         let dataset = turning_over(Dataset::open(&heli_hover()).unwrap(), every_s, scale);
-        dataset.check_setup().iter().any(|one| one.to_string().contains("°/s"))
+        check_setup(&dataset).iter().any(|one| one.to_string().contains("°/s"))
     };
     for every_s in [100.0, 14.0, 5.0, 2.5] {
         assert!(!found(every_s, 1.0), "every {every_s} s");

@@ -5,7 +5,8 @@ use std::path::Path;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;
-use hovernav_log::{Dataset, Sensor, SetupFinding};
+use hovernav_dataset::Dataset;
+use hovernav_findings::{Sensor, SetupFinding, check_setup};
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
 use hovernav_testing::shared;
 use rand_chacha::ChaCha8Rng;
@@ -86,7 +87,7 @@ fn multirotor() -> Vec<Fix> {
 }
 
 fn found(fixes: Vec<Fix>) -> Vec<SetupFinding> {
-    Dataset { fixes, ..Dataset::default() }.check_setup()
+    check_setup(&Dataset { fixes, ..Dataset::default() })
 }
 
 #[test]

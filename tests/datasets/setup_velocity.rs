@@ -5,7 +5,10 @@ use std::path::Path;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{Ned, Vector};
 use hovernav::gps::Fix;
-use hovernav_log::{Dataset, Reference, SetupFinding, axis_errors};
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_findings::{SetupFinding, check_fitness, check_setup, ensure_possible, ignore};
+use hovernav_replay::estimate;
+use hovernav_score::axis_errors;
 use hovernav_sim::faults::{Fault, Log};
 use hovernav_testing::shared;
 use rand_chacha::ChaCha8Rng;
@@ -70,9 +73,9 @@ fn zeroed(mut fixes: Vec<Fix>, [level, down]: [bool; 2], span_s: std::ops::Range
 /// Findings of a log with these fixes, and the numbers of horizontal and vertical velocities that are used.
 fn ignored(fixes: Vec<Fix>) -> (Vec<SetupFinding>, [usize; 2]) {
     let mut dataset = Dataset { fixes, ..Dataset::default() };
-    let denied = dataset.ensure_possible(Path::new("log")).unwrap();
-    let told = dataset.ignore(denied);
-    assert_eq!(dataset.check_setup(), [], "after it nothing is left to say");
+    let denied = ensure_possible(&dataset, Path::new("log")).unwrap();
+    let told = ignore(&mut dataset, denied);
+    assert_eq!(check_setup(&dataset), [], "after it nothing is left to say");
     let count = |has: fn(&Fix) -> bool| dataset.fixes.iter().filter(|fix| has(fix)).count();
     let stay = [
         count(|fix| fix.horizontal_velocity_mps.is_some()),
@@ -127,16 +130,16 @@ fn a_vehicle_that_stands_keeps_its_zeros() {
 
 /// Largest errors of position, m, and velocity, m/s.
 fn errors(mut dataset: Dataset, reference: &Reference) -> ([f64; 2], Vec<SetupFinding>) {
-    let denied = dataset.check_fitness(Path::new("log")).unwrap();
-    let told = dataset.ignore(denied);
+    let denied = check_fitness(&dataset, Path::new("log")).unwrap();
+    let told = ignore(&mut dataset, denied);
     let config = dataset.settings().unwrap();
-    let run = dataset.estimate(&config, |_| {});
+    let run = estimate(&dataset, &config, |_| {});
     let largest = run.solutions.iter().fold([0.0; 2], |[place, velocity]: [f64; 2], solution| {
         let off = axis_errors(solution, reference);
-        let size = |axes: [hovernav_log::Axis; 3]| {
+        let size = |axes: [hovernav_score::Axis; 3]| {
             axes.into_iter().map(|axis| off[axis as usize].powi(2)).sum::<f64>().sqrt()
         };
-        use hovernav_log::Axis::{Down, East, North, VelocityDown, VelocityEast, VelocityNorth};
+        use hovernav_score::Axis::{Down, East, North, VelocityDown, VelocityEast, VelocityNorth};
         [
             place.max(size([North, East, Down])),
             velocity.max(size([VelocityNorth, VelocityEast, VelocityDown])),

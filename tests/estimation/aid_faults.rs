@@ -5,9 +5,11 @@ use std::path::Path;
 use approx::assert_abs_diff_eq;
 use hovernav::autopilot::HoverConfig;
 use hovernav::ins::HeadingSource;
+use hovernav_dataset::{Dataset, Truth};
 use hovernav_design::hover::HoverDesign;
-use hovernav_log::{Dataset, Run, Sensor, Truth};
+use hovernav_findings::{Sensor, findings};
 use hovernav_model::shipped;
+use hovernav_replay::Run;
 use hovernav_sim::faults::{CATALOGUE, Log};
 use hovernav_sim::{AntennasConfig, FlightConfig, RangefinderConfig};
 
@@ -31,7 +33,7 @@ fn hover(dir: &Path) -> Vec<Truth> {
 fn estimate(dir: &Path) -> (Dataset, Run) {
     let mut dataset = Dataset::open(dir).unwrap();
     let config = dataset.settings().unwrap();
-    let run = dataset.estimate(&config, |_| {});
+    let run = hovernav_replay::estimate(&dataset, &config, |_| {});
     (dataset, run)
 }
 
@@ -97,7 +99,7 @@ fn every_fault_of_an_aid_changes_its_own_file_and_does_little_harm() {
         }
         let (dataset, run) = estimate(out.path());
         let [height_m, heading_deg] = worst(&run, &truth);
-        let findings = dataset.findings(&run);
+        let findings = findings(&dataset, &run);
         let words: Vec<&str> = findings.iter().map(|finding| finding.words.as_str()).collect();
         println!("{name}: height {height_m:.2} m, heading {heading_deg:.2}°: {words:?}");
         assert!(height_m < clean[0] + 0.6, "{name}: {height_m} m, clean {}", clean[0]);

@@ -9,7 +9,7 @@ use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::ins::{Aligner, Alignment, AlignmentConfig, HeadingSource, Mounting};
 use hovernav::time::Time;
-use hovernav_log::Truth;
+use hovernav_dataset::Truth;
 use hovernav_sim::*;
 
 const PERIOD_S: f64 = 0.02;

@@ -5,9 +5,11 @@ use std::path::Path;
 use hovernav::autopilot::HoverConfig;
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
+use hovernav_dataset::Dataset;
 use hovernav_design::hover::HoverDesign;
-use hovernav_log::{Dataset, Finding, FindingKind, Severity, sentences};
+use hovernav_findings::{Finding, FindingKind, Severity, sentences};
 use hovernav_model::shipped;
+use hovernav_replay::estimate;
 use hovernav_sim::FlightConfig;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::faults::{Fault, Log};
@@ -24,8 +26,8 @@ fn findings(faults: &[&str]) -> Vec<Finding> {
     Log::open(log_dir()).unwrap().with_faults(&faults, 2).unwrap().write(dir.path()).unwrap();
     let mut dataset = Dataset::open(dir.path()).unwrap();
     let config = dataset.settings().unwrap();
-    let run = dataset.estimate(&config, |_| {});
-    dataset.findings(&run)
+    let run = estimate(&dataset, &config, |_| {});
+    hovernav_findings::findings(&dataset, &run)
 }
 
 #[test]
@@ -46,8 +48,8 @@ fn a_simulated_hover_without_fault_gives_no_warning() {
         (config.seed, config.duration_s) = (seed, 120.0);
         let (mut dataset, _) = config.fly().unwrap().dataset();
         let settings = dataset.settings().unwrap();
-        let run = dataset.estimate(&settings, |_| {});
-        assert_eq!(sentences(&dataset.findings(&run)), [""; 0], "seed {seed}");
+        let run = estimate(&dataset, &settings, |_| {});
+        assert_eq!(sentences(&hovernav_findings::findings(&dataset, &run)), [""; 0], "seed {seed}");
     }
 }
 
@@ -62,8 +64,11 @@ fn real_flights_give_no_warning_but_of_their_gps_and_their_gaps() {
         let Some(dir) = shared(format!("datasets/{name}")) else { continue };
         let mut dataset = Dataset::open(&dir).unwrap();
         let config = dataset.settings().unwrap();
-        let run = dataset.estimate(&config, |_| {});
-        for finding in dataset.findings(&run).iter().filter(|finding| finding.is_warning()) {
+        let run = estimate(&dataset, &config, |_| {});
+        for finding in hovernav_findings::findings(&dataset, &run)
+            .iter()
+            .filter(|finding| finding.is_warning())
+        {
             assert!(allowed.contains(&finding.kind), "{name}: {}", finding.words);
         }
     }
@@ -130,8 +135,8 @@ fn fixes_that_are_off_by_more_than_the_filter_follows_are_found_by_when_the_vehi
                 fix.time = fix.time.offset_by(late_s);
             }
             let config = dataset.settings().unwrap();
-            let run = dataset.estimate(&config, |_| {});
-            let found = dataset.findings(&run);
+            let run = estimate(&dataset, &config, |_| {});
+            let found = hovernav_findings::findings(&dataset, &run);
             let told = found
                 .iter()
                 .find(|finding| finding.kind == FindingKind::TimeOffset)
@@ -167,8 +172,8 @@ fn a_clock_of_the_samples_that_does_not_run_at_the_rate_of_the_fixes_is_reported
             sample.time = sample.time.offset_by(0.01 * fast_percent * since_s);
         }
         let config = dataset.settings().unwrap();
-        let run = dataset.estimate(&config, |_| {});
-        let found = dataset.findings(&run);
+        let run = estimate(&dataset, &config, |_| {});
+        let found = hovernav_findings::findings(&dataset, &run);
         let told = found.iter().find(|finding| finding.kind == FindingKind::ClockRate).unwrap();
         let (_, rate) = told.words.split_once("its clock runs ").unwrap();
         let (percent, side) = rate.split_once(" % ").unwrap();
@@ -185,7 +190,7 @@ fn a_latency_beyond_what_the_filter_remembers_is_as_good_as_none_in_a_log() {
         let mut dataset = Dataset::open(log_dir()).unwrap();
         dataset.manifest.gps.latency_s = late_s;
         let config = dataset.settings().unwrap();
-        let run = dataset.estimate(&config, |_| {});
+        let run = estimate(&dataset, &config, |_| {});
         assert!(run.fixes_compared.used > 280, "{late_s} s: {:?}", run.fixes_compared);
         let last = run.solutions.last().unwrap().position;
         let fix = dataset.fixes.last().unwrap().position;
@@ -204,8 +209,8 @@ fn a_receiver_that_states_a_third_of_what_it_scatters_by_is_named() {
         fix.position_sigma_m = Some(Vector::new(0.4, 0.4, 0.8));
     }
     let config = dataset.settings().unwrap();
-    let run = dataset.estimate(&config, |_| {});
-    let found = dataset.findings(&run);
+    let run = estimate(&dataset, &config, |_| {});
+    let found = hovernav_findings::findings(&dataset, &run);
     let named = found.iter().find(|finding| finding.kind == FindingKind::Understated);
     let Some(finding) = named else { panic!("{:?}", sentences(&found)) };
     assert!(finding.is_warning() && finding.words.contains("understates the one-sigmas of its"));

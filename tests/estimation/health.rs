@@ -9,7 +9,7 @@ use hovernav::event::Event;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::health::{Distrust, Health, HealthLimits, HealthMonitor, Trust};
 use hovernav::time::Time;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_sim::faults::{Fault, Log};
 
 /// Health at each sample of `heli-hover` with these faults, by time, s.

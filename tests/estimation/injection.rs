@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
+use hovernav_replay::estimate;
 use hovernav_sim::faults::{CATALOGUE, Campaign, Fault, Flight, Log, Outcome, csv, standard_cells};
 
 fn log_dir() -> &'static Path {
@@ -66,7 +67,7 @@ fn a_copy_without_effect_is_the_log_byte_for_byte_and_so_is_its_solution() {
     let solve = |dir: &Path| {
         let mut dataset = Dataset::open(dir).unwrap();
         let config = dataset.settings().unwrap();
-        dataset.estimate(&config, |_| {}).solutions
+        estimate(&dataset, &config, |_| {}).solutions
     };
     assert_eq!(solve(dir.path()), solve(log_dir()));
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use hovernav::ekf::layout::{Full, Layout, WithoutHeightAids};
 use hovernav::ekf::{Aid, Estimator, EstimatorConfig, Notice, Solution, Unusable};
 use hovernav::event::{BaroReading, Event};
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_sim::faults::{Fault, Log};
 
 /// `heli-hover` with these faults: its events and settings.

@@ -3,7 +3,8 @@
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav::imu::{Notch, NotchConfig};
-use hovernav_log::{Dataset, Outage};
+use hovernav_dataset::{Dataset, Outage};
+use hovernav_replay::estimate;
 use hovernav_sim::{
     AccelerometerConfig, DmuConfig, DmuOutput, FlightPlan, GpsConfig, GyroConfig, Harmonic,
     VibrationSource, fly,
@@ -14,7 +15,7 @@ const START_S: f64 = 30.0;
 
 /// Two minutes of hover and manoeuvres at 100 Hz. The rotor's vibration at its first two harmonics is `times` the usual
 /// one, and fixes are absent for 20 s from 70 s on.
-fn flight(times: f64, seed: u64) -> (Dataset, Vec<hovernav_log::Truth>) {
+fn flight(times: f64, seed: u64) -> (Dataset, Vec<hovernav_dataset::Truth>) {
     let start = Geodetic::from_degrees(47.0, 8.0, 400.0).unwrap();
     let forward = |speed_mps| Vector::new(speed_mps, 0.0, 0.0);
     let plan = FlightPlan::hover_at(start, 0.7)
@@ -63,14 +64,14 @@ fn flight(times: f64, seed: u64) -> (Dataset, Vec<hovernav_log::Truth>) {
 /// the start.
 fn errors(
     dataset: &mut Dataset,
-    truth: &[hovernav_log::Truth],
+    truth: &[hovernav_dataset::Truth],
     notch: Option<NotchConfig>,
 ) -> [f64; 3] {
     dataset.manifest.imu.notch = notch;
     // The inertial unit's own attitude is used for the start only.
     let mut config = dataset.settings().unwrap();
     config.aiding.attitude = false;
-    let run = dataset.estimate(&config, |_| {});
+    let run = estimate(dataset, &config, |_| {});
     let (mut sums, mut count) = ([0.0; 3], 0.0);
     let interval_s = truth[1].time - truth[0].time;
     for solution in run.solutions.iter().filter(|solution| solution.time.seconds() > START_S) {

@@ -2,14 +2,15 @@
 
 use std::path::Path;
 
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
+use hovernav_replay::estimate;
 use hovernav_testing::shared;
 
 /// RMS horizontal distance, m, of a solution from its fixes.
 fn from_fixes_m(dir: &Path) -> f64 {
     let mut dataset = Dataset::open(dir).unwrap();
     let config = dataset.settings().unwrap();
-    let run = dataset.estimate(&config, |_| {});
+    let run = estimate(&dataset, &config, |_| {});
     let squares: Vec<f64> = dataset
         .fixes
         .iter()

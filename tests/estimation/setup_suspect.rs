@@ -7,7 +7,7 @@ use hovernav::frames::{Body, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::setup::{ForceScale, SetupFault};
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, Recording, fly};
 use hovernav_testing::{FLIGHTS, shared};
 

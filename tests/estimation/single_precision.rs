@@ -11,7 +11,8 @@ use hovernav::imu::{ImuErrors, ImuSample, Motion};
 use hovernav::ins::{Integrator, NavState};
 use hovernav::scalar::Scalar;
 use hovernav::time::Time;
-use hovernav_log::{Axis, Dataset, Outage, Reference, outage_drift, score};
+use hovernav_dataset::{Dataset, Outage, Reference};
+use hovernav_score::{Axis, outage_drift, score};
 use hovernav_testing::shared;
 
 /// Axes of the table in docs/embedded.md.
@@ -54,7 +55,7 @@ fn errors(
         .iter()
         .filter_map(|outage| outage_drift(solutions, reference, outage.start, outage.duration_s));
     let drifts: Vec<f64> = drifts.collect();
-    errors[AXES.len()] = hovernav_log::Statistics::of(&drifts).map(|drifts| drifts.median);
+    errors[AXES.len()] = hovernav_score::Statistics::of(&drifts).map(|drifts| drifts.median);
     errors
 }
 

@@ -1,6 +1,6 @@
 //! Accuracy of increments at low rates.
 
-use hovernav_log::SampleRates;
+use hovernav_findings::SampleRates;
 
 use crate::late_fixes::{flown, recording};
 

@@ -7,7 +7,7 @@ use hovernav::ekf::{Channel, Estimator, EstimatorConfig, Notice, Solution, Verdi
 use hovernav::event::Event;
 use hovernav::frames::Vector;
 use hovernav::gps::Fix;
-use hovernav_log::Truth;
+use hovernav_dataset::Truth;
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
 
 /// Flies the test flight with fixes changed by `altered`, and passes each notice, and each solution with the truth, to

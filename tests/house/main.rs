@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use hovernav_log::FindingKind;
+use hovernav_findings::FindingKind;
 use serde_json::Value;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
@@ -94,17 +94,69 @@ const TOUR: [&str; 21] = [
     "telemetry",
 ];
 
+/// The modules of the tools from a recorded flight to its score, each crate's in an order of which its README states
+/// the outline. No module imports one that follows it.
+const TOOLS: [(&str, &[&str]); 4] = [
+    (
+        "dataset",
+        &[
+            "error",
+            "statistics",
+            "table",
+            "clock",
+            "manifest",
+            "utc",
+            "magnetic_field",
+            "sensors",
+            "columns",
+            "solution",
+            "trajectory",
+            "reference",
+            "dataset",
+        ],
+    ),
+    ("replay", &["comparisons", "kept", "run", "inconsistent", "smoothing"]),
+    (
+        "findings",
+        &[
+            "finding",
+            "limits",
+            "rates",
+            "sampling",
+            "vibration_lines",
+            "plausibility",
+            "fitness",
+            "events",
+            "paragraph",
+            "contents",
+            "survey",
+        ],
+    ),
+    ("score", &["score", "relative", "level", "consistency", "apart", "verdict"]),
+];
+
 #[test]
 fn data_flows_one_way_through_the_flight_core() {
-    let src = PathBuf::from(format!("{ROOT}/src"));
+    assert_one_way(Path::new(ROOT).join("src"), &TOUR);
+}
+
+#[test]
+fn data_flows_one_way_from_a_dataset_to_its_score() {
+    for (name, modules) in TOOLS {
+        assert_one_way(Path::new(ROOT).join("crates").join(name).join("src"), modules);
+    }
+}
+
+/// Asserts that no module below `src` imports one that follows it in `order`, and that `order` has every module.
+fn assert_one_way(src: PathBuf, order: &[&str]) {
     for path in sources().iter().filter(|path| path.starts_with(&src)) {
         let inside = path.strip_prefix(&src).unwrap().with_extension("");
         let module = inside.iter().next().unwrap().to_str().unwrap();
         if module == "lib" || inside.ends_with("tests") {
             continue;
         }
-        let rank = |name: &str| TOUR.iter().position(|own| *own == name);
-        let own = rank(module).unwrap_or_else(|| panic!("{module} is not in the tour"));
+        let rank = |name: &str| order.iter().position(|own| *own == name);
+        let own = rank(module).unwrap_or_else(|| panic!("{module} is not in the order"));
         let text = fs::read_to_string(path).unwrap();
         let code = text.split("#[cfg(test)]").next().unwrap().lines();
         for line in code.filter(|line| !line.trim().starts_with("//")) {

@@ -12,11 +12,12 @@ use hovernav::autopilot::HoverConfig;
 use hovernav::controls::Sticks;
 use hovernav::ekf::Solution;
 use hovernav::frames::Vector;
+use hovernav_dataset::Dataset;
 use hovernav_design::Loop;
 use hovernav_design::hover::{HoverDesign, Wanted};
-use hovernav_log::Dataset;
 use hovernav_model::helicopter::{Helicopter, HelicopterParameters, RotorDrive};
 use hovernav_model::{Grade, Signal, StateSpace, TimeDomain, Verdict, shipped};
+use hovernav_replay::smooth;
 use hovernav_sim::{EngineConfig, Feedback, FlightConfig, FlightEvent, WindConfig};
 use hovernav_sysid::helicopter::Identification;
 use hovernav_sysid::methods::prediction_error::Identified;
@@ -75,7 +76,7 @@ fn flown(
     assert_eq!(flight.crashed_s, None);
     let (mut dataset, _) = flight.dataset();
     let settings = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&settings, |_| ()).solutions;
+    let solutions = smooth(&dataset, &settings, |_| ()).solutions;
     (dataset, solutions)
 }
 

@@ -4,8 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use hovernav::ekf::Solution;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_model::Verdict;
+use hovernav_replay::smooth;
 use hovernav_sysid::helicopter::{
     FlightRecord, FrequencyDomain, Identification, ModelStructure, Velocity, identify,
 };
@@ -18,7 +19,7 @@ pub fn flown() -> (Dataset, Vec<Solution>) {
     let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
     let mut dataset = Dataset::open(dir).unwrap();
     let settings = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&settings, |_| ()).solutions;
+    let solutions = smooth(&dataset, &settings, |_| ()).solutions;
     (dataset, solutions)
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use approx::assert_abs_diff_eq;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_sysid::helicopter::{
     FlightRecord, Identification, ModelStructure, Velocity, flight_warnings, identify,
 };

@@ -4,6 +4,7 @@ use hovernav::autopilot::{Excitation, ExcitationLimits, HoverConfig, Maneuver, S
 use hovernav::controls::Sticks;
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::shipped;
+use hovernav_replay::smooth;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{FlightConfig, FlightEvent, WindConfig};
 use hovernav_sysid::helicopter::{
@@ -52,7 +53,7 @@ fn a_flight_at_5_m_per_s_gives_the_model_of_this_speed() {
     assert!(flight.crashed_s.is_none() && flight.aborted.is_empty(), "{:?}", flight.aborted);
     let (mut dataset, _) = flight.dataset();
     let settings = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&settings, |_| ()).solutions;
+    let solutions = smooth(&dataset, &settings, |_| ()).solutions;
     let of = |speed_mps| {
         let wanted = Request { structure: None, speed_mps: Some(speed_mps) };
         identify(&dataset, &solutions, wanted, Velocity::Estimated)

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use approx::assert_abs_diff_eq;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_model::{Grade, Verdict};
 use hovernav_sysid::helicopter::{
     FlightRecord, FrequencyDomain, IdentifyError, ModelStructure, Velocity, gyro_solutions,

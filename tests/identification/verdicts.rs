@@ -6,6 +6,7 @@
 use hovernav::autopilot::HoverConfig;
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::{Grade, Verdict, shipped};
+use hovernav_replay::smooth;
 use hovernav_sim::{Feedback, FlightConfig, FlightEvent, WindConfig};
 
 use crate::data;
@@ -25,7 +26,7 @@ fn verdict(seed: u64) -> Verdict {
     config.duration_s = config.events.last().unwrap().0 + 30.0;
     let (mut dataset, _) = config.fly().unwrap().dataset();
     let settings = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&settings, |_| ()).solutions;
+    let solutions = smooth(&dataset, &settings, |_| ()).solutions;
     data::judged(&dataset, &solutions).1
 }
 

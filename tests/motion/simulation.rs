@@ -5,6 +5,7 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::imu::Motion;
 use hovernav::time::Time;
+use hovernav_findings::check_setup;
 use hovernav_sim::*;
 
 fn field() -> Geodetic {
@@ -274,13 +275,13 @@ fn the_field_of_a_place_is_that_of_the_magnetic_model_and_declared() {
         let (dmu, gps) = (DmuConfig { magnetometer, ..DmuConfig::default() }, GpsConfig::default());
         let path = FlightPlan::hover_at(place, 0.7).hold(20.0).build().unwrap();
         let recording = fly(&path, &dmu, &gps, 1).unwrap();
-        let mut dataset = hovernav_log::Dataset {
+        let mut dataset = hovernav_dataset::Dataset {
             manifest: sensor_manifest("simulated".into(), &dmu, &gps),
             imu: recording.imu,
             fixes: recording.fixes,
-            ..hovernav_log::Dataset::default()
+            ..hovernav_dataset::Dataset::default()
         };
-        assert_eq!(dataset.check_setup(), []);
+        assert_eq!(check_setup(&dataset), []);
         let declared = dataset.settings().unwrap().alignment.declination_rad;
         dataset.manifest.imu.magnetic_declination_deg = None;
         let of_model = dataset.settings().unwrap().alignment.declination_rad;

@@ -8,7 +8,7 @@ use hovernav::event::{BaroReading, Event, MagneticReading};
 use hovernav::frames::Rotation;
 use hovernav::gps::Fix;
 use hovernav::ins::Aligner;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_testing::{FLIGHTS, shared};
 
 use crate::compare::Tolerance;

@@ -11,13 +11,14 @@ use hovernav::gps::Protocol;
 use hovernav::servo::packet::ServoPacket;
 use hovernav::telemetry::{Snapshot, SystemMode, frame};
 use hovernav::time::Time;
+use hovernav_dataset::Dataset;
 use hovernav_fly::devices::{Device, RecordedDevice};
 use hovernav_fly::play;
 use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_fly::serial::Clock;
 use hovernav_fly::{FlightReport, Notification, fly};
-use hovernav_log::Dataset;
 use hovernav_record::{FlyConfig, FlyConfigError, Level, Record};
+use hovernav_replay::estimate;
 
 fn hover() -> Dataset {
     Dataset::open(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover").as_ref()).unwrap()
@@ -259,7 +260,7 @@ fn a_flight_goes_on_through_lost_sensors_and_replays_bit_for_bit() {
     let mut replayed = record.dataset().unwrap();
     assert_eq!(replayed.imu.len() as u64, report.cycles);
     let settings = replayed.settings().unwrap();
-    let run = replayed.estimate(&settings, |_| {});
+    let run = estimate(&replayed, &settings, |_| {});
     let reproduction = record.reproduced_by(&run.solutions);
     assert!(reproduction.compared > 550, "{} solutions flown", reproduction.compared);
     assert_eq!(reproduction.first_difference, None);

@@ -17,11 +17,11 @@ use hovernav::gps::{Fix, Protocol, Receiver, ReceiverFix};
 use hovernav::imu::Motion;
 use hovernav::imu::{ClippedAxes, ImuSample};
 use hovernav::time::Time;
+use hovernav_dataset::Dataset;
 use hovernav_fly::devices::RecordedDevice;
 use hovernav_fly::play;
 use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, PlayError, Player};
 use hovernav_fly::serial::{Clock, Item, Port, PortConfig, Read, Reader};
-use hovernav_log::Dataset;
 use tempfile::TempDir;
 
 /// A flight of `seconds` at 33 Hz with fixes at 1 Hz, in which every sample contains its own number.

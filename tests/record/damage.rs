@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use hovernav::time::Time;
+use hovernav_findings::findings;
 use hovernav_record::{Entry, Record, RecordInfo, Recorder, repair};
+use hovernav_replay::estimate;
 
 use crate::flight::{START, header};
 use crate::replay::recorded;
@@ -318,9 +320,9 @@ fn a_time_that_cannot_be_costs_little() {
         record.calls[middle].0 = Time::from_nanoseconds(nanoseconds);
         let dataset = record.dataset().unwrap();
         assert!(dataset.imu.len() <= whole.calls.len());
-        let _ = hovernav_log::Survey::of(&dataset).to_string();
-        let run = dataset.estimate(&settings, |_| {});
-        let _ = dataset.findings(&run);
+        let _ = hovernav_findings::Survey::of(&dataset).to_string();
+        let run = estimate(&dataset, &settings, |_| {});
+        let _ = findings(&dataset, &run);
         assert!(run.solutions.len() <= dataset.imu.len());
         assert!(run.solutions.iter().all(|solution| solution.velocity_mps.is_finite()));
     }

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use approx::assert_abs_diff_eq;
 use hovernav::event::Event;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Outage};
+use hovernav_dataset::{Dataset, Outage};
 use hovernav_record::{Call, Entry, Level, Line, Part, Record, Recorder, ShortText};
+use hovernav_replay::estimate;
 
 use crate::flight::{START, fly, header};
 
@@ -30,7 +31,7 @@ fn the_flown_solution_comes_back_bit_for_bit() {
     assert!(dataset.fixes.len() > 55, "{}", dataset.fixes.len());
     let settings = dataset.settings().unwrap();
     assert_eq!(settings, header.settings().unwrap());
-    let replayed = dataset.estimate(&settings, |_| {}).solutions;
+    let replayed = estimate(&dataset, &settings, |_| {}).solutions;
     assert_eq!(replayed, flown);
     let reproduction = record.reproduced_by(&replayed);
     assert_eq!(reproduction.first_difference, None);
@@ -50,7 +51,7 @@ fn a_replay_with_other_bytes_is_found_to_differ_and_where() {
     let mut record = Record::open(&path).unwrap();
     let settings = header().settings().unwrap();
     let solutions =
-        |record: &Record| record.dataset().unwrap().estimate(&settings, |_| {}).solutions;
+        |record: &Record| estimate(&record.dataset().unwrap(), &settings, |_| {}).solutions;
     assert_eq!(record.reproduced_by(&solutions(&record)).first_difference, None);
     let from = record.solutions[record.solutions.len() / 2].time;
     record.calls.retain(|(time, call)| !(*time > from && matches!(call, Call::Gps(_))));

@@ -5,7 +5,8 @@ use std::path::Path;
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, Smoother};
 use hovernav::event::Event;
-use hovernav_log::{Dataset, Keep};
+use hovernav_dataset::Dataset;
+use hovernav_replay::{Keep, estimate, estimate_each, smooth, smoothing_bytes};
 
 fn heli_hover() -> Dataset {
     Dataset::open(&Path::new(env!("CARGO_MANIFEST_DIR")).join("datasets/heli-hover")).unwrap()
@@ -24,7 +25,7 @@ fn blocks_change_no_bit_of_a_smoothed_log() {
         }
     }
     let whole = smoother.smooth();
-    let blocks = dataset.smooth(&config, |_| ()).solutions;
+    let blocks = smooth(&dataset, &config, |_| ()).solutions;
     assert!(whole.len() > 9000, "the log has more than two blocks");
     assert_eq!(whole.len(), blocks.len());
     let differs = whole.iter().zip(&blocks).find(|(whole, block)| whole != block);
@@ -37,7 +38,7 @@ fn what_smoothing_takes_grows_with_the_solution_and_hardly_beyond() {
     let sample = dataset.imu[0];
     dataset.imu = vec![sample; 10 * 3600 * 33];
     // Ten hours at 33 Hz.
-    assert!(dataset.smoothing_bytes() < 400_000_000, "{}", dataset.smoothing_bytes());
+    assert!(smoothing_bytes(&dataset) < 400_000_000, "{}", smoothing_bytes(&dataset));
 }
 
 #[test]
@@ -45,7 +46,8 @@ fn every_solution_is_handed_out_while_the_log_is_flown() {
     let mut dataset = heli_hover();
     let config = dataset.settings().unwrap();
     let mut handed_out = Vec::new();
-    let run = dataset.estimate_each(
+    let run = estimate_each(
+        &dataset,
         &config,
         Keep::Thinned,
         |_| (),
@@ -57,8 +59,8 @@ fn every_solution_is_handed_out_while_the_log_is_flown() {
     let run = run.unwrap();
     assert_eq!(run.solutions_thinned, 0);
     assert!(
-        run.solutions == handed_out && handed_out == dataset.estimate(&config, |_| ()).solutions
+        run.solutions == handed_out && handed_out == estimate(&dataset, &config, |_| ()).solutions
     );
-    let refused = dataset.estimate_each(&config, Keep::All, |_| (), |_| Err("the disk is full"));
+    let refused = estimate_each(&dataset, &config, Keep::All, |_| (), |_| Err("the disk is full"));
     assert_eq!(refused.err(), Some("the disk is full"));
 }

@@ -5,7 +5,9 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::{EstimatorConfig, Solution};
 use hovernav::frames::Vector;
 use hovernav::imu::Motion;
-use hovernav_log::{Axis, Dataset, Reference, score};
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_replay::smooth;
+use hovernav_score::{Axis, score};
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, fly};
 use hovernav_testing::shared;
 
@@ -39,19 +41,19 @@ fn flight(error_radps: f64) -> (Dataset, EstimatorConfig) {
 #[test]
 fn a_flight_without_fault_is_smoothed_throughout() {
     let (dataset, config) = flight(0.0);
-    assert_eq!(dataset.smooth(&config, |_| ()).denied, []);
+    assert_eq!(smooth(&dataset, &config, |_| ()).denied, []);
 }
 
 #[test]
 fn where_the_fixes_deny_it_the_filter_s_own_solution_stands() {
     let (dataset, config) = flight(1.2);
-    let run = dataset.smooth(&config, |_| ());
+    let run = smooth(&dataset, &config, |_| ());
     println!("{:#?}", run.denied);
     let [denied] = &run.denied[..] else { panic!("{:?}", run.denied) };
-    assert!(denied.start_s < 51.0 && denied.end_s > 51.0, "{denied:?}");
+    assert!(denied.start.seconds() < 51.0 && denied.end.seconds() > 51.0, "{denied:?}");
     let mut replaced = 0;
     for (smoothed, causal) in run.solutions.iter().zip(&run.forward.solutions) {
-        if (denied.start_s..denied.end_s).contains(&smoothed.time.seconds()) {
+        if denied.covers(smoothed.time) {
             assert_eq!(smoothed, causal);
             replaced += 1;
         }
@@ -65,7 +67,7 @@ fn a_launch_that_the_filter_was_refused_over_is_not_smoothed_away() {
     let mut dataset = Dataset::open(&place).unwrap();
     let config = dataset.settings().unwrap();
     let reference = Reference::open(&place, &dataset.manifest).unwrap().unwrap();
-    let run = dataset.smooth(&config, |_| ());
+    let run = smooth(&dataset, &config, |_| ());
     let first = dataset.imu[0].time;
     let level = |solutions: &[Solution]| {
         let scored = score(solutions, &reference, first);

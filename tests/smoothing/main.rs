@@ -12,8 +12,10 @@ use hovernav::ekf::{EkfConfig, EstimatorConfig, Solution};
 use hovernav::frames::{Vector, wrap_angle};
 use hovernav::ins::HeadingSource;
 use hovernav::time::Time;
-use hovernav_log::Truth;
-use hovernav_log::{Axis, Dataset, Outage, Reference, Score, score};
+use hovernav_dataset::Truth;
+use hovernav_dataset::{Dataset, Outage, Reference};
+use hovernav_replay::smooth;
+use hovernav_score::{Axis, Score, score};
 use hovernav_sim::{
     AttitudeConfig, DmuConfig, FlightPlan, GpsConfig, HorizontalVertical, Recording, Trajectory,
     fly,
@@ -137,7 +139,7 @@ fn smoothing_improves_every_axis_and_knows_how_good_it_is() {
     let mut count = 0.0;
     for seed in 1..=6 {
         let (dataset, config, truth) = as_modelled(seed);
-        let run = dataset.smooth(&config, |_| ());
+        let run = smooth(&dataset, &config, |_| ());
         assert_eq!(run.solutions.len(), run.forward.solutions.len());
         for (smoothed, causal) in run.solutions.iter().zip(&run.forward.solutions) {
             assert_eq!(smoothed.time, causal.time);
@@ -176,7 +178,7 @@ fn the_last_moment_is_as_the_filter_left_it() {
     let (mut dataset, config, _) = simulated(&hover, &GpsConfig::default(), 1);
     let end = dataset.imu.last().unwrap().time;
     dataset.fixes.retain(|fix| fix.time < end);
-    let run = dataset.smooth(&config, |_| ());
+    let run = smooth(&dataset, &config, |_| ());
     let (smoothed, causal) = (run.solutions.last().unwrap(), run.forward.solutions.last().unwrap());
     assert_eq!(smoothed.velocity_mps, causal.velocity_mps);
     assert_eq!(smoothed.velocity_sigma_mps, causal.velocity_sigma_mps);
@@ -187,7 +189,7 @@ fn an_outage_is_bridged_from_both_sides() {
     let (mut dataset, config, truth) = simulated(&test_flight(), &GpsConfig::default(), 5);
     let start = Time::ZERO + 120.0;
     dataset.withhold(&[Outage { start, duration_s: 20.0 }], None);
-    let run = dataset.smooth(&config, |_| ());
+    let run = smooth(&dataset, &config, |_| ());
     // The last third of the time, where the filter has drifted longest.
     let drift = |solutions: &[Solution]| {
         let inside = |solution: &&Solution| {
@@ -209,7 +211,7 @@ fn an_outage_is_bridged_from_both_sides() {
 fn a_gap_in_the_inertial_samples_is_bridged() {
     let (mut dataset, config, truth) = simulated(&test_flight(), &GpsConfig::default(), 5);
     dataset.imu.retain(|sample| !(100.0..103.0).contains(&sample.time.seconds()));
-    let run = dataset.smooth(&config, |_| ());
+    let run = smooth(&dataset, &config, |_| ());
     let (causal, smoothed) = (rmse(&run.forward.solutions, &truth), rmse(&run.solutions, &truth));
     println!("{causal:.3?}\n{smoothed:.3?}");
     for axis in 3..9 {
@@ -223,7 +225,7 @@ fn a_heading_found_in_motion_holds_from_the_start() {
     config.alignment.heading = Some(HeadingSource::Unknown);
     config.aiding.attitude = false;
     config.aiding.magnetometer = false;
-    let run = dataset.smooth(&config, |_| ());
+    let run = smooth(&dataset, &config, |_| ());
     assert_eq!(run.solutions.len(), run.forward.solutions.len());
     let worst = |solutions: &[Solution]| {
         solutions.iter().map(|solution| errors(solution, &truth)[8].0.abs()).fold(0.0, f64::max)
@@ -238,13 +240,13 @@ fn a_heading_never_found_is_not_guessed() {
     let hover = FlightPlan::hover_at(field(), 0.7).hold(20.0).build().unwrap();
     let (dataset, mut config, _) = simulated(&hover, &GpsConfig::default(), 1);
     config.alignment.heading = Some(HeadingSource::Unknown);
-    let run = dataset.smooth(&config, |_| ());
+    let run = smooth(&dataset, &config, |_| ());
     assert!(run.solutions.is_empty() && !run.forward.solutions.is_empty());
 }
 
 #[test]
 fn nothing_gives_nothing() {
-    let run = Dataset::default().smooth(&EstimatorConfig::default(), |_| ());
+    let run = smooth(&Dataset::default(), &EstimatorConfig::default(), |_| ());
     assert!(run.solutions.is_empty() && run.forward.solutions.is_empty());
 }
 
@@ -254,7 +256,7 @@ fn the_hover_log_smoothed_is_within_the_promised_velocity() {
     let mut dataset = Dataset::open(dir).unwrap();
     let config = dataset.settings().unwrap();
     let reference = Reference::open(dir, &dataset.manifest).unwrap().unwrap();
-    let run = dataset.smooth(&config, |_| ());
+    let run = smooth(&dataset, &config, |_| ());
     let first = dataset.imu[0].time;
     let causal = score(&run.forward.solutions, &reference, first);
     let smoothed = score(&run.solutions, &reference, first);

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use hovernav_log::ExtraColumns;
+use hovernav_dataset::ExtraColumns;
 
 /// A group of columns, by name.
 #[derive(Clone, Copy)]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
-use hovernav_log::{Manifest, SolutionWriter};
+use hovernav_dataset::{Manifest, SolutionWriter};
 
 use super::arguments::Arguments;
 use super::columns;

@@ -11,9 +11,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use hovernav::ekf::{EstimatorConfig, Solution};
+use hovernav_dataset::{Dataset, Outage};
 use hovernav_formats::{Changes, Pass, RunSummary};
-use hovernav_log::{Dataset, Keep, Outage};
 use hovernav_pages::flight::LogPage;
+use hovernav_replay::Keep;
 
 pub use self::arguments::Arguments;
 use self::files::Files;

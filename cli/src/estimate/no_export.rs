@@ -4,7 +4,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use hovernav::ekf::Solution;
-use hovernav_log::Manifest;
+use hovernav_dataset::Manifest;
 
 /// Export format: none exists in this build.
 #[derive(Clone, Copy)]

@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context as _, ensure};
+use hovernav_findings::{Finding, sentences};
 use hovernav_formats::{Log, Options};
-use hovernav_log::{SmoothedRun, sentences};
 use hovernav_model::Grade;
+use hovernav_replay::{SmoothedRun, smooth};
 use hovernav_sysid::helicopter::{
     FlightRecord, FrequencyDomain, ModelStructure, Request, Velocity, flight_warnings, identify,
     solutions_for,
@@ -82,7 +83,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ensure!(dataset.sample_count() > 0, "{}: found no inertial samples", log.display());
     let config = dataset.settings()?;
     let working = output::Working::on("estimating");
-    let SmoothedRun { forward, solutions, denied } = dataset.smooth(&config, |_| ());
+    let SmoothedRun { forward, solutions, denied } = smooth(&dataset, &config, |_| ());
     drop(working);
     ensure!(
         !arguments.held_gps || !solutions.is_empty(),
@@ -115,6 +116,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         vehicle.with_source(&found.source(&dataset.manifest.name)).with_verdict(verdict.clone());
 
     let mut summary = Summary::new(log, &dataset, &forward, &found, held, verdict.clone());
+    let denied: Vec<Finding> = denied.iter().map(Finding::from).collect();
     summary.warn(sentences(&denied));
     summary.ask_frequency(frequency.as_ref());
     summary.warn(flight_warnings(&flight, &found.identified.structure));

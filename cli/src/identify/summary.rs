@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use hovernav_dataset::Dataset;
+use hovernav_findings::findings;
 use hovernav_formats::RunSummary;
-use hovernav_log::{Dataset, Run};
 use hovernav_model::{Grade, Verdict};
+use hovernav_replay::Run;
 use hovernav_sysid::helicopter::{FrequencyDomain, Identification, IdentifyError};
 use hovernav_sysid::methods::frequency::FrequencyError;
 use hovernav_sysid::methods::prediction_error::{Estimate, Fit};
@@ -237,7 +239,7 @@ impl Summary {
             used_for: used_for(index),
         });
         let mut estimate = RunSummary::new(input, dataset, run, true);
-        estimate.set_findings(dataset.findings(run), &run.solutions, None);
+        estimate.set_findings(findings(dataset, run), &run.solutions, None);
         let mut summary = Self {
             estimate,
             model: found.identified.structure.name.clone(),

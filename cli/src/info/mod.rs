@@ -5,8 +5,8 @@ mod sticks;
 
 use std::path::PathBuf;
 
+use hovernav_findings::Survey;
 use hovernav_formats::Log;
-use hovernav_log::Survey;
 #[cfg(feature = "record")]
 use hovernav_record::RecordInfo;
 

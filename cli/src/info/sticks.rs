@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use hovernav::time::Time;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_sysid::helicopter::{Activity, StickActivity};
 
 /// Shortest interval of the rows, s: a long log at 400 Hz would take too much memory.

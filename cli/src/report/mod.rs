@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::ensure;
+use hovernav_dataset::LogError;
 use hovernav_formats::Options;
-use hovernav_log::LogError;
 use hovernav_record::Record;
+use hovernav_replay::estimate;
 
 use self::page::RecordPage;
 use self::summary::RecordSummary;
@@ -40,7 +41,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let working = output::Working::on("replaying");
     let record = Record::open(path)?;
     let dataset = record.dataset()?;
-    let replayed = dataset.estimate(&record.header.settings()?, |_| {});
+    let replayed = estimate(&dataset, &record.header.settings()?, |_| {});
     let reproduction = record.reproduced_by(&replayed.solutions);
     let sticks = record.sticks_reproduced()?;
     let out = arguments

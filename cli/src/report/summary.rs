@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use hovernav_log::statistics::quantile;
-use hovernav_log::{Dataset, FixTally};
+use hovernav_dataset::Dataset;
+use hovernav_dataset::statistics::quantile;
 use hovernav_record::{Cycle, Record, Reproduction, StickReproduction};
+use hovernav_replay::FixTally;
 use serde::Serialize;
 
 use super::verdict::{self, Grounds};

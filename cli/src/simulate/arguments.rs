@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use hovernav::earth::Geodetic;
-use hovernav_log::HIGHEST_LATITUDE_DEG;
+use hovernav_dataset::HIGHEST_LATITUDE_DEG;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{Disturbance, WindConfig};
 

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use anyhow::{bail, ensure};
 use hovernav::autopilot::{GuidanceConfig, HoverConfig, SetPoint};
+use hovernav_dataset::Outage;
 use hovernav_design::hover::HoverDesign;
-use hovernav_log::Outage;
 use hovernav_model::shipped;
 use hovernav_sim::{Feedback, FlightConfig, FlightEvent};
 

@@ -4,9 +4,12 @@ use std::path::Path;
 
 use hovernav::ekf::Innovation;
 use hovernav::time::Time;
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_findings::findings;
 use hovernav_formats::RunSummary;
-use hovernav_log::{Apart, Dataset, Reference, Run, Score, innovations, score};
 use hovernav_pages::flight::{self, FlightData};
+use hovernav_replay::{Run, estimate};
+use hovernav_score::{Apart, Score, innovations, score};
 
 use crate::output;
 
@@ -25,7 +28,7 @@ impl Estimate {
     /// samples.
     pub fn of(dataset: &mut Dataset, out: &Path, progress: impl Fn(usize)) -> anyhow::Result<Self> {
         let settings = dataset.settings()?;
-        let run = dataset.estimate(&settings, progress);
+        let run = estimate(dataset, &settings, progress);
         let mut summary =
             RunSummary::new(Path::new(&dataset.manifest.vehicle), dataset, &run, false);
         let reference = Reference::open(out, &dataset.manifest)?;
@@ -34,7 +37,7 @@ impl Estimate {
         let apart = reference
             .as_ref()
             .map(|reference| Apart::of_reference(&run.solutions, reference, Time::ZERO));
-        summary.set_findings(dataset.findings(&run), &run.solutions, apart.as_ref());
+        summary.set_findings(findings(dataset, &run), &run.solutions, apart.as_ref());
         summary.set_scores(score.as_ref(), Vec::new());
         let innovations = innovations(&run);
         summary.conclude(&innovations);

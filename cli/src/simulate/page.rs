@@ -4,7 +4,9 @@ use std::path::Path;
 
 use hovernav::ekf::Innovation;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Outage, Reference, Run, Score};
+use hovernav_dataset::{Dataset, Outage, Reference};
+use hovernav_replay::Run;
+use hovernav_score::Score;
 use hovernav_sim::{Flight, FlightConfig, FlightSample};
 
 use super::summary::{ClosedLoopSummary, Summary};

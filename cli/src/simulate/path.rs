@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_sim::{DmuConfig, FlightPlan, GpsConfig, MagnetometerConfig, sensor_manifest};
 
 use super::arguments::{Arguments, FlightPath, OUT};

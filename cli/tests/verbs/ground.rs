@@ -112,7 +112,7 @@ fn what_a_flight_reports_by_udp_is_recorded_and_identified_from() {
     assert!(!is_cut && to_s - from_s > 12.0 && told);
 
     // The telemetry is sufficient for navigation.
-    let manifest = hovernav_log::Manifest::default();
+    let manifest = hovernav_dataset::Manifest::default();
     let dataset = hovernav_ground::evaluate::dataset(&store, &manifest);
     assert!(dataset.fixes.len() >= 8, "{} fixes", dataset.fixes.len());
     let (log, out) = (directory.join("dataset"), directory.join("estimate"));

@@ -6,7 +6,7 @@ use std::io::Write as _;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
-use hovernav_log::{SOLUTION_COLUMNS, solution_row};
+use hovernav_dataset::{SOLUTION_COLUMNS, solution_row};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions};

@@ -4,7 +4,7 @@ use std::io::Write as _;
 use std::sync::Arc;
 
 use hovernav::ekf::Solution;
-use hovernav_log::{SOLUTION_COLUMNS, solution_row};
+use hovernav_dataset::{SOLUTION_COLUMNS, solution_row};
 use parquet::basic::{Repetition, Type as PhysicalType};
 use parquet::data_type::DoubleType;
 use parquet::errors::ParquetError;

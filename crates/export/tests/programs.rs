@@ -7,8 +7,9 @@ use std::io::BufWriter;
 use std::path::Path;
 use std::process::Command;
 
+use hovernav_dataset::Dataset;
 use hovernav_export::{Export, ExportFormat, LAYOUT};
-use hovernav_log::Dataset;
+use hovernav_replay::estimate_each;
 use hovernav_testing::python;
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");
@@ -28,7 +29,7 @@ fn the_programs_that_exports_are_for_read_them() {
         })
         .collect();
     let each = |solution: &_| exports.iter_mut().try_for_each(|export| export.push(solution));
-    dataset.estimate_each(&config, hovernav_log::Keep::Thinned, |_| {}, each).unwrap();
+    estimate_each(&dataset, &config, hovernav_replay::Keep::Thinned, |_| {}, each).unwrap();
     exports.into_iter().for_each(|export| export.finish().unwrap());
     fs::write(place.path().join("solution.foxglove-layout.json"), LAYOUT).unwrap();
     let script = Path::new(HERE).join("tests/programs.py");

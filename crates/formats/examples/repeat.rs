@@ -9,8 +9,8 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
 
+use hovernav_dataset::{Dataset, median_interval_s};
 use hovernav_formats::Options;
-use hovernav_log::{Dataset, median_interval_s};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -13,7 +13,7 @@ use hovernav::frames::{Body, Vector};
 use hovernav::gps::AntennaHeading;
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
-use hovernav_log::{
+use hovernav_dataset::{
     ClockSteps, Dataset, FixGate, LogError, Manifest, Remarks, Rows, StatedFix, field_fault,
     is_unknown, motion_fault, remark_faults,
 };

@@ -3,7 +3,7 @@
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// The message files of a ROS 2 bag.
 pub(crate) struct Bag {

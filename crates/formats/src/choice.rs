@@ -1,7 +1,7 @@
 //! Chooses one of several sensors of a kind.
 
 use hovernav::time::Time;
-use hovernav_log::{Dimensions, StatedFix};
+use hovernav_dataset::{Dimensions, StatedFix};
 
 /// Number of messages of a sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use hovernav::earth::Geodetic;
-use hovernav_log::{
-    LocalAxes, LogError, Reference, RelativeError, Score, Trajectory, relative_error, score,
-};
+use hovernav_dataset::{LocalAxes, LogError, Reference, Trajectory};
+use hovernav_score::{RelativeError, Score, relative_error, score};
 use serde_json::{Map, Value, json};
 
 use crate::scoring::open_trajectory;

@@ -8,7 +8,7 @@ use crate::onboard::{Onboard, OnboardMoment};
 use hovernav::ekf::Solution;
 use hovernav::frames::wrap_angle;
 use hovernav::time::Time;
-use hovernav_log::{Apart, Axis, Statistics};
+use hovernav_score::{Apart, Axis, Statistics};
 
 /// Difference between a solution and the onboard estimator's. Both are estimates; neither is the truth.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -10,10 +10,12 @@ use crate::summary::{OutageDrift, RunSummary};
 use hovernav::ekf::{EstimatorConfig, Solution};
 use hovernav::ins::HeadingSource;
 use hovernav::time::Time;
-use hovernav_log::{
-    Apart, Dataset, Finding, Keep, LogError, Outage, Reference, Run, Score, SetupFinding,
-    innovations, outage_drift, score, thin,
+use hovernav_dataset::{Dataset, LogError, Outage, Reference};
+use hovernav_findings::{
+    Finding, SetupFinding, check_fitness, findings, ignore, ignore_inconsistent,
 };
+use hovernav_replay::{Keep, Run, estimate_each, smooth_keeping, thin};
+use hovernav_score::{Apart, Score, innovations, outage_drift, score};
 
 /// Changes of a log for one estimation.
 #[derive(Clone, Copy, Debug, Default)]
@@ -69,7 +71,7 @@ impl Pass {
             if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         if smooth {
-            let run = dataset.smooth_keeping(config, keep, &step);
+            let run = smooth_keeping(dataset, config, keep, &step);
             if let Some(error) = failure.take() {
                 return Err(error);
             }
@@ -77,14 +79,15 @@ impl Pass {
             if !run.solutions.is_empty() {
                 run.solutions.iter().try_for_each(each)?;
                 let smoothed = thin(run.solutions);
-                return Ok(Self { run: run.forward, smoothed, denied: run.denied });
+                let denied = run.denied.iter().map(Finding::from).collect();
+                return Ok(Self { run: run.forward, smoothed, denied });
             }
         }
         // If `progress` reports an error, the next solution ends the run.
         let forward = |done| {
             let _ = step(done);
         };
-        let run = dataset.estimate_each(config, keep, forward, |solution| {
+        let run = estimate_each(dataset, config, keep, forward, |solution| {
             failure.take().map_or_else(|| each(solution), Err)
         })?;
         if let Some(error) = failure.take() {
@@ -128,7 +131,7 @@ impl Log {
     /// sensor is ignored, so that its replay has the sensors of the flight.
     ///
     /// # Errors
-    /// [`Dataset::check_fitness`] and [`Dataset::settings`]; [`LogError::Unusable`] if the alignment did not end; the
+    /// [`check_fitness`] and [`Dataset::settings`]; [`LogError::Unusable`] if the alignment did not end; the
     /// errors of `pass`.
     pub fn estimate<E: From<LogError>>(
         &mut self,
@@ -143,9 +146,9 @@ impl Log {
             Format::Dataset if dataset.fixes.is_empty() => path.join("gps.csv"),
             _ => path.to_path_buf(),
         };
-        let denied_aids = dataset.check_fitness(&source)?;
+        let denied_aids = check_fitness(dataset, &source)?;
         let leaves_out = self.format != Format::Record;
-        let mut ignored = if leaves_out { dataset.ignore(denied_aids) } else { Vec::new() };
+        let mut ignored = if leaves_out { ignore(dataset, denied_aids) } else { Vec::new() };
         let config = dataset.settings()?;
         dataset.withhold(changes.outages, changes.gps_rate_hz);
 
@@ -153,7 +156,7 @@ impl Log {
         let keep = if leaves_out { Keep::Thinned } else { Keep::All };
         let mut flown = pass(dataset, &config, keep)?;
         if leaves_out && !once {
-            let without = dataset.ignore_inconsistent(&config, &flown.run);
+            let without = ignore_inconsistent(dataset, &config, &flown.run);
             if !without.is_empty() {
                 flown = pass(dataset, &config, keep)?;
                 ignored.extend(without);
@@ -212,7 +215,7 @@ impl Log {
         let drifts = drifts(solutions, changes.outages, span, reference.as_ref());
 
         let mut summary = RunSummary::new(path, dataset, run, !pass.smoothed.is_empty());
-        let mut findings = dataset.findings(run);
+        let mut findings = findings(dataset, run);
         dataset.ensure_read()?;
         findings.extend(pass.denied.clone());
         if let Some((first, last)) = span {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use hovernav::time::Time;
-use hovernav_log::{ClockSteps, LogError, Remarks, Rows};
+use hovernav_dataset::{ClockSteps, LogError, Remarks, Rows};
 
 /// Sources by their distance from the actuators, the nearest first. The nearest one is what the vehicle responds to.
 /// The pilot's sticks are that only without a controller in between. Outputs of single motors follow those of their

@@ -2,7 +2,7 @@
 
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 
 /// Accumulates the fraction of the time that the intervals of integrated samples cover.
 #[derive(Debug, Default)]

@@ -2,7 +2,7 @@
 
 use crate::format::Format;
 use crate::onboard::Onboard;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 #[cfg(feature = "record")]
 use hovernav_record::Record;
 

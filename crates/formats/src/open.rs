@@ -7,7 +7,7 @@ use crate::format::Format;
 use crate::log::{Log, Options};
 use crate::recognise::{HEAD, ensure_known, recognise};
 use crate::window::Input;
-use hovernav_log::{Dataset, LogError};
+use hovernav_dataset::{Dataset, LogError};
 #[cfg(feature = "record")]
 use hovernav_record::Record;
 

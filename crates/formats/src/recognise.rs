@@ -7,7 +7,7 @@ use crate::format::Format;
 #[cfg(feature = "raw")]
 use crate::raw::is_raw;
 use crate::window::Input;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// Number of bytes at the start of a file that determine its format.
 pub(crate) const HEAD: usize = 4096;

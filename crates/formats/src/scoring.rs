@@ -4,9 +4,8 @@ use std::path::Path;
 
 use hovernav::earth::Geodetic;
 use hovernav::time::Time;
-use hovernav_log::{
-    Alignment, AxisScore, Dataset, LocalAxes, LogError, Reference, Score, Trajectory, score,
-};
+use hovernav_dataset::{Alignment, Dataset, LocalAxes, LogError, Reference, Trajectory};
+use hovernav_score::{AxisScore, Score, score};
 use serde_json::{Map, Value, json};
 
 /// Choices of a comparison.

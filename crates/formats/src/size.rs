@@ -7,7 +7,7 @@ use crate::format::Format;
 use crate::log::Options;
 use crate::recognise::recognise;
 use crate::window::Input;
-use hovernav_log::{Dataset, LogError};
+use hovernav_dataset::{Dataset, LogError};
 
 /// Memory of a flight record or a log of another format, divided by its file size. Measured on ULog: 1.9.
 const OF_A_FILE: u64 = 2;

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Cursor, ErrorKind, Read as _, Seek as _, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// Number of bytes per read.
 const CHUNK: usize = 1 << 18;

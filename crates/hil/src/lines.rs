@@ -7,11 +7,11 @@ use hovernav::dmu::AnglePacket;
 use hovernav::gps::Protocol;
 use hovernav::servo::packet::LENGTH;
 use hovernav::time::Time;
+use hovernav_dataset::Dataset;
 use hovernav_fly::DurationHistogram;
 use hovernav_fly::devices::{Device, DmuDevice, GpsDevice, PacketSource};
 use hovernav_fly::play::{Begin, Cut, CutKind, EmulatedPort, Player};
 use hovernav_fly::serial::Clock;
-use hovernav_log::Dataset;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 

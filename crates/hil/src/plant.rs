@@ -9,8 +9,8 @@ use hovernav::imu::ImuSample;
 use hovernav::servo::packet::{PacketCapture, ServoPacket};
 use hovernav::servo::{ChannelConfig, Swashplate};
 use hovernav::time::Time;
+use hovernav_dataset::Truth;
 use hovernav_fly::DurationHistogram;
-use hovernav_log::Truth;
 use hovernav_sim::{FlightConfig, ImuTruth, SimulatedDmu, SimulatedGps, State, Vehicle, Wind};
 
 use crate::error::LiveFlightError;

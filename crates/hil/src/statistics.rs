@@ -89,7 +89,7 @@ mod tests {
     use hovernav::earth::Geodetic;
     use hovernav::frames::Rotation;
     use hovernav::time::Time;
-    use hovernav_log::Truth;
+    use hovernav_dataset::Truth;
 
     #[test]
     fn delayed_sticks_of_the_pilot_do_not_count_as_the_autopilot() {

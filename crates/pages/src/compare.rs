@@ -3,7 +3,7 @@
 use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::time::Time;
 use hovernav_formats::{Comparison, Difference, NamedTrajectory};
-use hovernav_log::{Axis as ScoreAxis, RelativePoint};
+use hovernav_score::{Axis as ScoreAxis, RelativePoint};
 
 use crate::document::{first_second, time_label};
 use crate::flight::errors::{DRAWN, named};

@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use hovernav_log::WholeFile;
+use hovernav_dataset::WholeFile;
 use serde::Serialize;
 
 use crate::fact::Fact;
@@ -13,7 +13,7 @@ use crate::section::Section;
 use crate::series::MOST_POINTS;
 use crate::table::Table;
 use crate::verdict;
-use hovernav_log::Verdict;
+use hovernav_score::Verdict;
 
 const TEMPLATE: &str = include_str!("../assets/page.html");
 const STYLE: &str = include_str!("../assets/style.css");

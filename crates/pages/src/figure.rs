@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::fact::digits;
 use crate::series::Series;
-use hovernav_log::Level;
+use hovernav_score::Level;
 
 /// One figure: rows stacked above a common abscissa.
 #[derive(Debug, Serialize)]

@@ -31,7 +31,7 @@ mod table;
 mod tests;
 mod verdict;
 
-pub use hovernav_log::{Level, Verdict};
+pub use hovernav_score::{Level, Verdict};
 
 pub use document::{Mark, Page, PageError, TimeAxis};
 pub use fact::{Fact, digits};

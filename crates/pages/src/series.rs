@@ -4,7 +4,7 @@
 
 use std::iter;
 
-use hovernav_log::statistics::thin_to_extremes;
+use hovernav_dataset::statistics::thin_to_extremes;
 use serde::Serialize;
 
 use crate::numbers::Numbers;

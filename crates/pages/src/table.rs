@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use crate::html::Escaped;
 use crate::verdict::sign;
-use hovernav_log::Level;
+use hovernav_score::Level;
 
 /// A table of numbers with a row of heads. The first head is above the names.
 pub struct Table {

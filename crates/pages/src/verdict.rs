@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use hovernav_log::{Level, Verdict};
+use hovernav_score::{Level, Verdict};
 
 use crate::html::Escaped;
 

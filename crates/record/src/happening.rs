@@ -10,7 +10,7 @@ use hovernav::gps::quality::Failures;
 use hovernav::ins::HeadingSource;
 use hovernav::sensors::SensorOutput;
 use hovernav::time::Time;
-use hovernav_log::FindingKind;
+use hovernav_findings::FindingKind;
 
 /// An event with its text, for record, terminal and ground station.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use crate::setup::FlyConfig;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::time::Time;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// Beginning of a record: all that a replay needs in addition to the raw bytes.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ impl Header {
     /// The estimator's settings, the same in flight and in replay.
     ///
     /// # Errors
-    /// As [`Manifest::settings`](hovernav_log::Manifest::settings).
+    /// As [`Manifest::settings`](hovernav_dataset::Manifest::settings).
     pub fn settings(&self) -> Result<EstimatorConfig, LogError> {
         Ok(self.config.navigation.settings(true, None)?.0)
     }

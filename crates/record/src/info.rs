@@ -5,7 +5,7 @@ use std::fmt;
 
 use crate::entry::Level;
 use crate::read::{Record, RecordedEvent};
-use hovernav_log::paragraph;
+use hovernav_findings::paragraph;
 
 /// The description of a record, by its [`Display`](fmt::Display): start, length, losses, events.
 #[derive(Clone, Copy, Debug)]

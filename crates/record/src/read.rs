@@ -17,7 +17,7 @@ use crate::message::{
 use crate::setup::FlyConfig;
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 use hovernav_toml::read_bytes;
 
 /// Largest size of a record, bytes; larger ones are rejected.

@@ -14,7 +14,7 @@ use crate::entry::{Entry, Line, Queued, RawBytes};
 use crate::header::Header;
 use crate::status::{Progress, Status};
 use hovernav::time::Time;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 use hovernav_toml::fresh_file;
 
 /// Length of the queue, entries: about 15 s of a flight.

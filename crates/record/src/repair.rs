@@ -10,7 +10,7 @@ use crate::damage::Repair;
 use crate::read::LARGEST_BYTES;
 use crate::read::Record;
 use crate::writer::MessageWriter;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 use hovernav_toml::{WholeFile, read_bytes};
 
 /// Result of a repair.

@@ -6,9 +6,9 @@ use hovernav::ekf::Solution;
 use hovernav::event::Event;
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::time::Time;
-use hovernav_log::LogError;
-use hovernav_log::utc;
-use hovernav_log::{Dataset, Source};
+use hovernav_dataset::LogError;
+use hovernav_dataset::utc;
+use hovernav_dataset::{Dataset, Source};
 
 /// Comparison of a replay with the flight.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,7 +12,7 @@ use hovernav::flight_control::{ControlInputs, FlightControl};
 use hovernav::sensors::{SensorOutput, Sensors};
 use hovernav::servo::packet::PacketCapture;
 use hovernav::time::Time;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// Comparison of the sticks of a replay with those of the flight.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::magnetic_field::MagneticField;
+use hovernav_dataset::magnetic_field::MagneticField;
 
 use super::check::{Checked, ConfigError, finite, finite_vector, frequency, positive, size};
 use super::noise::{GaussMarkov, Noise, Stream};

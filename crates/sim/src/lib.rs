@@ -67,7 +67,7 @@ pub use wind::{Wind, WindConfig};
 use hovernav::gps::Fix;
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
-use hovernav_log::Truth;
+use hovernav_dataset::Truth;
 
 /// A simulated flight: the measurements and the truth.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Manifest of simulated sensors.
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
-use hovernav_log::Manifest;
+use hovernav_dataset::Manifest;
 
 use super::dmu::DmuConfig;
 use super::gps::GpsConfig;

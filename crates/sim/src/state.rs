@@ -4,7 +4,7 @@ use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::ekf::Solution;
 use hovernav::frames::{Body, Ned, Rotation, Vector};
 use hovernav::time::Time;
-use hovernav_log::Truth;
+use hovernav_dataset::Truth;
 
 /// Motion of one point of the vehicle at one time.
 #[derive(Clone, Copy, Debug)]

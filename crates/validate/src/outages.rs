@@ -11,7 +11,8 @@ use std::iter::once;
 use hovernav::ekf::layout::Full;
 use hovernav::ekf::{Estimator, EstimatorConfig, Solution};
 use hovernav::event::Event;
-use hovernav_log::{Axis, Dataset, Outage, Reference, outage_drift, score};
+use hovernav_dataset::{Dataset, Outage, Reference};
+use hovernav_score::{Axis, outage_drift, score};
 use rayon::prelude::*;
 
 /// Drift of the solution in a window without GPS.
@@ -104,6 +105,7 @@ mod tests {
     use std::path::Path;
 
     use hovernav::time::Time;
+    use hovernav_replay::estimate;
 
     use super::*;
 
@@ -121,7 +123,7 @@ mod tests {
             let mut whole = dataset.clone();
             whole.withhold(&[*outage], None);
             assert!(whole.fixes.len() < dataset.fixes.len());
-            let run = whole.estimate(&config, |_| {});
+            let run = estimate(&whole, &config, |_| {});
             let expected =
                 outage_drift(&run.solutions, &reference, outage.start, outage.duration_s).unwrap();
             assert_eq!(drift.unwrap().horizontal_m.to_bits(), expected.to_bits());

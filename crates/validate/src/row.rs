@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use hovernav_log::{Axis, AxisScore, Finding, Score, Statistics};
+use hovernav_findings::Finding;
+use hovernav_score::{Axis, AxisScore, Score, Statistics};
 
 /// The columns of numbers, in the order of the file. Errors are root mean squares.
 pub const NUMBERS: [&str; 33] = [

@@ -5,11 +5,14 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use hovernav::ekf::{EstimatorConfig, Solution};
+use hovernav_dataset::statistics::quantile;
+use hovernav_dataset::{Dataset, LogError, Outage, Reference};
+use hovernav_findings::{Finding, SetupFinding};
+use hovernav_findings::{check_fitness, findings, ignore, ignore_inconsistent};
 use hovernav_formats::{Log, Onboard, Options};
-use hovernav_log::statistics::quantile;
-use hovernav_log::{
-    Dataset, Finding, Keep, LogError, Outage, Reference, Run, SetupFinding, Statistics, score, thin,
-};
+use hovernav_replay::{Keep, Run, thin};
+use hovernav_replay::{estimate_each, smooth_keeping};
+use hovernav_score::{Statistics, score};
 use rayon::prelude::*;
 
 use crate::outages::{Drift, drifts};
@@ -45,11 +48,11 @@ fn fly(set: &Set, settings: &[PathBuf]) -> Result<Vec<Row>, LogError> {
     for file in settings {
         dataset.configure(file)?;
     }
-    let denied = dataset.check_fitness(&set.path)?;
-    let mut ignored = dataset.ignore(denied);
+    let denied = check_fitness(&dataset, &set.path)?;
+    let mut ignored = ignore(&mut dataset, denied);
     let config = dataset.settings()?;
     let mut causal = estimate(&dataset, &config);
-    let without = dataset.ignore_inconsistent(&config, &causal);
+    let without = ignore_inconsistent(&mut dataset, &config, &causal);
     if !without.is_empty() {
         causal = estimate(&dataset, &config);
         ignored.extend(without);
@@ -71,7 +74,7 @@ fn fly(set: &Set, settings: &[PathBuf]) -> Result<Vec<Row>, LogError> {
 }
 
 fn estimate(dataset: &Dataset, config: &EstimatorConfig) -> Run {
-    let run = dataset.estimate_each(config, Keep::Thinned, |_| {}, |_| Ok::<(), Infallible>(()));
+    let run = estimate_each(dataset, config, Keep::Thinned, |_| {}, |_| Ok::<(), Infallible>(()));
     run.unwrap_or_else(|never| match never {})
 }
 
@@ -92,7 +95,7 @@ impl Flight<'_> {
                     .map(|(name, statistics)| (*name, *statistics)),
             );
         }
-        let mut findings = self.dataset.findings(run);
+        let mut findings = findings(&self.dataset, run);
         findings.extend(more);
         let span = self.dataset.sample_span();
         let span_s = span.map_or((0.0, 0.0), |(first, last)| (first.seconds(), last.seconds()));
@@ -105,14 +108,15 @@ impl Flight<'_> {
 
     fn smoothed(&self) -> Row {
         let endless = |_| ControlFlow::Continue(());
-        let smoothed = self.dataset.smooth_keeping(&self.config, Keep::Thinned, endless);
+        let smoothed = smooth_keeping(&self.dataset, &self.config, Keep::Thinned, endless);
         let smoothed = smoothed.unwrap_or_default();
         if smoothed.solutions.is_empty() {
             let refused = "nothing smoothed: the heading was not found".to_owned();
             return Row { refused, ..Row::new(&self.set.name, "smoothed") };
         }
         let solutions = thin(smoothed.solutions);
-        self.row("smoothed", &smoothed.forward, &solutions, smoothed.denied)
+        let denied = smoothed.denied.iter().map(Finding::from).collect();
+        self.row("smoothed", &smoothed.forward, &solutions, denied)
     }
 
     /// A row for each length of window; no rows where no reference has positions.

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use hovernav::time::Time;
-use hovernav_log::Outage;
+use hovernav_dataset::Outage;
 
 /// A log for the evaluation.
 #[derive(Clone, Debug)]

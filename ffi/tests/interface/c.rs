@@ -8,7 +8,7 @@ use hovernav::ekf::Estimator;
 use hovernav::event::Event;
 use hovernav::imu::NotchConfig;
 use hovernav_c::{HOVERNAV_ABI, Solution};
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_testing::installed;
 
 /// System libraries that Rust's standard library needs in the static library.

@@ -29,7 +29,7 @@ use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::get;
 use hovernav::flight_control::Fence;
-use hovernav_log::Manifest;
+use hovernav_dataset::Manifest;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use hovernav::flight_control::Fence;
-use hovernav_log::Manifest;
+use hovernav_dataset::Manifest;
 
 use crate::evaluate::{Evaluation, Job, SharedJob};
 use crate::folder::Folder;

@@ -21,13 +21,13 @@ use hovernav::telemetry::{
     SystemMode, frame,
 };
 use hovernav::time::Time;
+use hovernav_dataset::Manifest;
 use hovernav_ground::channel::Id;
 use hovernav_ground::folder::Folder;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::link::{SharedStation, lock};
 use hovernav_ground::server::{Access, Bound, ServerConfig};
 use hovernav_ground::station::{Clock, Station, now_s};
-use hovernav_log::Manifest;
 use serde_json::Value;
 use tungstenite::{Message, WebSocket};
 

@@ -6,7 +6,7 @@ use std::thread;
 
 use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
-use hovernav_log::{Dataset, Reference};
+use hovernav_dataset::{Dataset, Reference};
 use hovernav_sim::faults::{Fault, Log};
 use hovernav_sim::{
     BaroConfig, DmuConfig, FlightPlan, GpsConfig, HorizontalVertical, SimulatedBaro, fly,

@@ -4,7 +4,10 @@ use std::path::Path;
 
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::ekf::Solution;
-use hovernav_log::{Axis, Dataset, Reference, axis_errors, axis_sigmas};
+use hovernav_dataset::{Dataset, Reference};
+use hovernav_findings::{check_fitness, ignore, ignore_inconsistent};
+use hovernav_replay::estimate;
+use hovernav_score::{Axis, axis_errors, axis_sigmas};
 
 use super::flights::Case;
 
@@ -69,19 +72,19 @@ impl Twin {
             imu.gyro_range_degps.expect("both state it").to_radians(),
             imu.accel_range_g.expect("both state it") * STANDARD_GRAVITY_MPS2,
         ];
-        let denied = match dataset.check_fitness(Path::new("garbage")) {
+        let denied = match check_fitness(&dataset, Path::new("garbage")) {
             Ok(denied) => denied,
             Err(error) => {
                 let refused = Some(error.to_string());
                 return Self { solutions: Vec::new(), refused, ignored: 0, full_scale };
             }
         };
-        let mut ignored = dataset.ignore(denied).len();
+        let mut ignored = ignore(&mut dataset, denied).len();
         let config = dataset.settings().unwrap();
-        let mut run = dataset.estimate(&config, |_| {});
-        let without = dataset.ignore_inconsistent(&config, &run).len();
+        let mut run = estimate(&dataset, &config, |_| {});
+        let without = ignore_inconsistent(&mut dataset, &config, &run).len();
         if without > 0 {
-            run = dataset.estimate(&config, |_| {});
+            run = estimate(&dataset, &config, |_| {});
             ignored += without;
         }
         Self { solutions: run.solutions, refused: None, ignored, full_scale }

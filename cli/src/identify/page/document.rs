@@ -1,6 +1,6 @@
 //! The page of an identification as a whole.
 
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_model::ModelError;
 use hovernav_sysid::helicopter::{FrequencyDomain, Identification, IdentifyError};
 use hovernav_sysid::methods::frequency::FrequencyError;

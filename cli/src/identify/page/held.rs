@@ -1,6 +1,6 @@
 //! The comparison with GPS velocity held between fixes.
 
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_sysid::helicopter::{Identification, IdentifyError};
 
 use super::super::words::bounds_in_words;

@@ -1,6 +1,6 @@
 //! Flight and model over the test points.
 
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use hovernav_sysid::helicopter::Identification;
 use hovernav_sysid::methods::prediction_error::Run;
 use hovernav_sysid::record::{STICKS, TestPoint};

@@ -5,7 +5,7 @@ use std::io;
 use crate::servo::{GpioError, PwmError};
 use hovernav::flight_control::FlightControlError;
 use hovernav::servo;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 use hovernav_record::FlyConfigError;
 
 /// Reasons why a flight cannot begin.

@@ -3,8 +3,8 @@
 
 use hovernav::frames::{Body, Vector};
 use hovernav::time::Time;
-use hovernav_log::FindingKind;
-use hovernav_log::limits::{DRIFTED_S, HIGH_VIBRATION_MPS, LOST_SAMPLES, vibration_mps};
+use hovernav_findings::FindingKind;
+use hovernav_findings::limits::{DRIFTED_S, HIGH_VIBRATION_MPS, LOST_SAMPLES, vibration_mps};
 use hovernav_record::{Level, ShortText};
 
 /// Length of the evaluation window for the samples, s.

@@ -7,7 +7,7 @@
 //!
 //! ```no_run
 //! use hovernav::gps::Protocol;
-//! use hovernav_log::Dataset;
+//! use hovernav_dataset::Dataset;
 //! use hovernav_fly::play;
 //! use hovernav_fly::play::{Begin, EmulatedPort, Player};
 //! use hovernav_fly::serial::Clock;
@@ -43,7 +43,7 @@ use flight_clock::FlightClock;
 use hovernav::dmu::{Calibration, RangeError};
 use hovernav::gps::Protocol;
 use hovernav::time::Time;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 use terminal::Received;
 
 /// Full scale of the IMU if the dataset has none: °/s and g.

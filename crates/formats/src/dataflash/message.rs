@@ -1,7 +1,7 @@
 //! The messages that are read, and the fields of each with their units.
 
 use crate::choice::{is_alive, is_fix};
-use hovernav_log::Dimensions;
+use hovernav_dataset::Dimensions;
 
 /// A message of ArduPilot, or of PX4 logs in the same format from before 2017.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -15,7 +15,7 @@ use hovernav::glam::DQuat;
 use hovernav::gps::AntennaHeading;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{Dimensions, StatedFix};
+use hovernav_dataset::{Dimensions, StatedFix};
 
 /// The chosen sensors, and the state kept between rows.
 #[derive(Debug, Default)]

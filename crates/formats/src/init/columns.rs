@@ -18,7 +18,7 @@ use crate::text::{
     Axes, ForceUnit, GpsColumns, MagneticUnit, RateUnit, StickColumns, StickUnit, TableMapping,
     Triad,
 };
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// The mapping of one file, with messages.
 pub(crate) struct Understood {

@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::format::Format;
 use crate::recognise::{format_of, head_of, is_text, looks_like};
 use crate::text::{Delimiter, Layout, Lines, TimeUnit, decimal, is_comment};
-use hovernav_log::statistics::quantile;
-use hovernav_log::{LogError, is_unknown};
+use hovernav_dataset::statistics::quantile;
+use hovernav_dataset::{LogError, is_unknown};
 
 /// Number of rows that are examined.
 const ROWS: usize = 20_000;

@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
 
 use crate::text::{Mapping, RateUnit, TableMapping, TimeScale, World};
 use columns::Understood;
-use hovernav_log::{Dataset, LogError, Manifest};
+use hovernav_dataset::{Dataset, LogError, Manifest};
 use turn::Turn;
 
 /// The result of `hovernav init` for foreign text files.

@@ -5,7 +5,8 @@ use std::fmt;
 use super::turn::name;
 use crate::text::{AttitudeRole, GpsColumns, HeightAbove, TableMapping};
 use hovernav::time::Time;
-use hovernav_log::{Dataset, SampleRates};
+use hovernav_dataset::Dataset;
+use hovernav_findings::SampleRates;
 
 /// Largest number of unused columns whose names are listed.
 const UNUSED_SHOWN: usize = 12;

@@ -2,7 +2,7 @@
 
 use crate::text::Axes;
 use hovernav::imu::ImuSample;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 
 /// Length of a comparison window, s: long enough for rotation to exceed noise, short enough to stay below a full
 /// turn.

@@ -7,7 +7,8 @@ use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
+use hovernav_replay::estimate;
 
 /// Largest number of samples that a trial of the filter uses.
 const TRIAL_SAMPLES: usize = 60_000;
@@ -185,7 +186,7 @@ fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
     let until = trial.imu.last().map_or(Time::ZERO, |sample| sample.time);
     trial.fixes.retain(|fix| fix.time <= until);
     let Ok(config) = trial.settings() else { return f64::INFINITY };
-    let run = trial.estimate(&config, |_| {});
+    let run = estimate(&trial, &config, |_| {});
     let (mut gps, mut heading, mut fixes) = (Tally::default(), Tally::default(), 0usize);
     for report in run.reports() {
         for innovation in report.innovations() {

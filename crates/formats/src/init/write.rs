@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 use crate::text::{
     AttitudeColumns, GpsColumns, MAPPING_FILE, Mapping, TableMapping, TimeScale, Triad,
 };
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 use hovernav_toml::write_whole;
 
 /// Writes the mapping and a commented manifest into `directory`.

@@ -5,7 +5,7 @@ use crate::assembly::Assembly;
 use crate::window::Input;
 use hovernav::dmu::{Calibration, Decoder, Mode, Packet, Plausibility, Received, SampleClock};
 use hovernav::time::Time;
-use hovernav_log::{LogError, Manifest};
+use hovernav_dataset::{LogError, Manifest};
 
 /// Period of the DMU's timer, s. Source: Crossbow, *AHRS Series User's Manual*, 7430-0004-01, page 16.
 const TICK_S: f64 = 0.79e-6;
@@ -71,7 +71,7 @@ pub(super) fn read(input: Input<'_>, mode: Mode) -> Result<(Assembly, Manifest),
         }
     }
     let mut manifest = Manifest::default();
-    manifest.imu.heading_reference = hovernav_log::HeadingReference::Magnetic;
+    manifest.imu.heading_reference = hovernav_dataset::HeadingReference::Magnetic;
     manifest.imu.gyro_range_degps = Some(range_degps);
     manifest.imu.accel_range_g = Some(range_g);
     Ok((assembly, manifest))

@@ -12,7 +12,7 @@ use crate::window::Input;
 use hovernav::dmu::{Decoder, Mode};
 use hovernav::gps::{Protocol, Receiver};
 use hovernav::time::Time;
-use hovernav_log::{LogError, Manifest};
+use hovernav_dataset::{LogError, Manifest};
 use pieces::{CHUNK, begin};
 
 /// The device that sent a capture.

@@ -1,7 +1,7 @@
 //! The bytes of a capture, piece by piece.
 
 use crate::window::{Input, Window};
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// Number of bytes passed to a decoder at a time.
 pub(super) const CHUNK: usize = 4096;

@@ -17,8 +17,8 @@ use hovernav::gps::{
     ReceiverTime, WEEK_FLOOR,
 };
 use hovernav::time::Time;
-use hovernav_log::utc::moment;
-use hovernav_log::{Dimensions, LogError, Manifest, StatedFix};
+use hovernav_dataset::utc::moment;
+use hovernav_dataset::{Dimensions, LogError, Manifest, StatedFix};
 
 const DAY_NS: i64 = 86_400_000_000_000;
 

@@ -8,7 +8,7 @@ use mcap::records::{ChunkHeader, Record, op};
 
 use crate::damages::Damages;
 use crate::window::{Input, Window};
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// Bytes of the opcode and the length of a record.
 const FRAME: usize = 9;

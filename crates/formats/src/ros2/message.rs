@@ -6,7 +6,7 @@
 
 use super::cdr::Cdr;
 use crate::choice::{is_alive, is_fix};
-use hovernav_log::Dimensions;
+use hovernav_dataset::Dimensions;
 
 /// The type of a topic's messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

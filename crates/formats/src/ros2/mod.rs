@@ -23,8 +23,8 @@ use hovernav::event::RangeReading;
 use hovernav::frames::{Body, Vector};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::utc::moment;
-use hovernav_log::{LogError, Manifest, StatedFix, pressure_altitude_m};
+use hovernav_dataset::utc::moment;
+use hovernav_dataset::{LogError, Manifest, StatedFix, pressure_altitude_m};
 use message::{Header, Kind};
 use topics::Topics;
 

@@ -15,7 +15,7 @@ use crate::choice::{Counts, Tally, listed};
 use crate::damages::Damages;
 use crate::log::Options;
 use crate::window::Input;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// Largest length of a topic's name, bytes. It limits the memory that a compressed chunk can demand.
 const LONGEST_NAME: usize = 1024;

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use hovernav::ekf::{Innovation, Notice, Solution, Verdict as Judged};
 use hovernav::ins::HeadingSource;
-use hovernav_log::{
-    Apart, AxisScore, ChannelTally, Dataset, Finding, FixTally, Run, Score, Statistics,
-    UnusedReadings, Verdict, sentences, set_harms,
-};
+use hovernav_dataset::Dataset;
+use hovernav_findings::{Finding, sentences};
+use hovernav_replay::{ChannelTally, FixTally, Run, UnusedReadings};
+use hovernav_score::{Apart, AxisScore, Score, Statistics, Verdict, set_harms};
 use serde::Serialize;
 
 #[cfg(feature = "record")]

@@ -11,7 +11,7 @@ use crate::onboard::{Onboard, OnboardMoment};
 use crate::window::Input;
 use hovernav::frames::Rotation;
 use hovernav::imu::ImuSample;
-use hovernav_log::{Dataset, LogError, Manifest, Remarks, Trajectory};
+use hovernav_dataset::{Dataset, LogError, Manifest, Remarks, Trajectory};
 
 /// Largest number of rows in a file: 2.8 h at 1 kHz.
 const MOST_ROWS: u64 = 10_000_000;
@@ -178,7 +178,7 @@ fn read_row(
     let attitude = columns.attitude(fields)?;
     let magnetic = columns.magnetic(fields, remarks)?;
     match columns.motion(fields)? {
-        super::table::Motions::Both(motion) => match hovernav_log::motion_fault(&motion) {
+        super::table::Motions::Both(motion) => match hovernav_dataset::motion_fault(&motion) {
             Some(why) => remarks.count(why, line),
             None => gathered.imu.push(
                 line,

@@ -7,7 +7,7 @@ use super::decimal;
 use super::lines::Lines;
 use super::mapping::{Axes, TableMapping, TimeColumn, Triad};
 use hovernav::time::Time;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// A file of rows, read forward once with its mapping.
 pub(crate) struct Source {

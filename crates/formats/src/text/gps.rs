@@ -4,7 +4,7 @@ use super::columns::{Fields, Source};
 use super::mapping::GpsColumns;
 use super::units::HeightAbove;
 use hovernav::time::Time;
-use hovernav_log::{Dimensions, LogError, StatedFix, is_unknown};
+use hovernav_dataset::{Dimensions, LogError, StatedFix, is_unknown};
 
 /// The column indices of a receiver.
 pub(crate) struct GpsPlaces {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::decimal::{TimeUnit, number, time};
 use super::lines::Lines;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// Separator of the fields of a row.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
 
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// The longest line that is accepted, bytes.
 const LONGEST_LINE: usize = 65_536;

@@ -11,7 +11,7 @@ use super::units::{
     AngleUnit, AttitudeRole, BaroUnit, CourseUnit, ForceUnit, HeightAbove, LengthUnit,
     MagneticUnit, PlaceUnit, RateUnit, SpeedUnit, StickUnit, World,
 };
-use hovernav_log::{ClockSteps, LogError};
+use hovernav_dataset::{ClockSteps, LogError};
 use hovernav_toml::TomlError;
 
 /// File name of a mapping.

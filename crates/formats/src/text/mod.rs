@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use crate::format::Format;
 use crate::log::Log;
-use hovernav_log::{LogError, Manifest, Trajectory};
+use hovernav_dataset::{LogError, Manifest, Trajectory};
 
 pub(crate) use apply::dataset;
 pub(crate) use decimal::TimeUnit;

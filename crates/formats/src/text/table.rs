@@ -9,7 +9,9 @@ use crate::utc::WEEK_S;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::imu::Motion;
 use hovernav::time::Time;
-use hovernav_log::{LogError, Remarks, StatedFix, field_fault, is_unknown, pressure_altitude_m};
+use hovernav_dataset::{
+    LogError, Remarks, StatedFix, field_fault, is_unknown, pressure_altitude_m,
+};
 
 /// Valid GPS weeks; an i64 of nanoseconds since 1970 cannot represent much later ones.
 const MOST_WEEKS: std::ops::RangeInclusive<f64> = 0.0..=10_000.0;

@@ -7,7 +7,7 @@ use crate::onboard::{Onboard, OnboardMoment};
 use hovernav::frames::{Body, EulerAngles, Vector};
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{
+use hovernav_dataset::{
     ClockSteps, Dataset, FixGate, Join, LogError, Manifest, Remarks, Rows, motion_fault,
 };
 

@@ -5,7 +5,7 @@ use std::io;
 use super::message::Message;
 use crate::choice::{is_alive, is_fix};
 use crate::window::Window;
-use hovernav_log::Dimensions;
+use hovernav_dataset::Dimensions;
 
 /// A frame whose message is read.
 pub(super) struct Frame {

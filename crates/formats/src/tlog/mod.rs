@@ -17,8 +17,8 @@ use crate::latency::USUAL_LATENCY_S;
 use crate::log::{Log, Options};
 use crate::window::Input;
 use frames::{Damages, Frame};
-use hovernav_log::utc::moment;
-use hovernav_log::{LogError, Manifest};
+use hovernav_dataset::utc::moment;
+use hovernav_dataset::{LogError, Manifest};
 use message::Message;
 use rows::Rows;
 

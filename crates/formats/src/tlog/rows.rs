@@ -11,7 +11,7 @@ use hovernav::glam::DQuat;
 use hovernav::gps::AntennaHeading;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{Dimensions, StatedFix, pressure_altitude_m};
+use hovernav_dataset::{Dimensions, StatedFix, pressure_altitude_m};
 
 /// The chosen sensors, and the state kept between messages.
 #[derive(Debug, Default)]

@@ -6,7 +6,7 @@ use super::survey::Survey;
 use super::topics::Topic;
 use crate::choice::Counts;
 use crate::log::Options;
-use hovernav_log::LogError;
+use hovernav_dataset::LogError;
 
 /// One topic and instance for each sensor; `None` for a missing sensor.
 #[derive(Clone, Copy, Debug, Default)]

@@ -14,7 +14,7 @@ use hovernav::glam::DQuat;
 use hovernav::gps::AntennaHeading;
 use hovernav::imu::{ClippedAxes, ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::{Dimensions, StatedFix, pressure_altitude_m};
+use hovernav_dataset::{Dimensions, StatedFix, pressure_altitude_m};
 
 /// The state kept between rows.
 #[derive(Debug, Default)]

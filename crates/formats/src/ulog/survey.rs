@@ -8,7 +8,7 @@ use super::messages::Messages;
 use super::rows::place_deg;
 use super::topics::Topic;
 use crate::choice::{Tally, is_alive, is_fix};
-use hovernav_log::Dimensions;
+use hovernav_dataset::Dimensions;
 
 /// Contents of a ULog file.
 #[derive(Debug, Default)]

@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use hovernav_log::{Manifest, RangefinderSection, SecondAntennaSection};
+use hovernav_dataset::{Manifest, RangefinderSection, SecondAntennaSection};
 use hovernav_record::FlyConfig;
 use serde::Serialize;
 use serde_json::{Value as Json, json};

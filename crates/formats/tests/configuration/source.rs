@@ -34,9 +34,8 @@ pub type Types = BTreeMap<String, Type>;
 
 /// Source files of the types. If two types have the same name, the first is used.
 const PLACES: &[&str] = &[
-    "crates/log/src/manifest.rs",
+    "crates/dataset/src/manifest",
     "crates/record/src/setup",
-    "crates/log/src",
     "crates/formats/src/text",
     "src/ekf",
     "src/ins",

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use hovernav_dataset::Dataset;
 use hovernav_formats::{Options, Proposal, open};
-use hovernav_log::Dataset;
 use tempfile::TempDir;
 
 use crate::mavlink::frame;

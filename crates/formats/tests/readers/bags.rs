@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
+use hovernav_dataset::Dataset;
 use hovernav_formats::{Options, open, open_bytes};
-use hovernav_log::Dataset;
 use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 
 use crate::alike::{Flight, mcap, ulog, warns};

@@ -9,7 +9,9 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use hovernav::ekf::EstimatorConfig;
+use hovernav_findings::check_fitness;
 use hovernav_formats::{Log, Options, open};
+use hovernav_replay::estimate;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -83,8 +85,8 @@ fn examined(path: &Path, whole: &[String]) -> Outcome {
             None => outcome,
         };
     }
-    let Ok(findings) = dataset.check_fitness(path) else { return Outcome::Refused };
-    let run = dataset.estimate(&EstimatorConfig::default(), |_| {});
+    let Ok(findings) = check_fitness(&dataset, path) else { return Outcome::Refused };
+    let run = estimate(&dataset, &EstimatorConfig::default(), |_| {});
     let wrong = run.solutions.iter().find(|solution| {
         let position = solution.position;
         let sigma = solution.position_sigma_m.to_array();

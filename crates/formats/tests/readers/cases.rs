@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use hovernav_dataset::Dataset;
+use hovernav_findings::check_setup;
 use hovernav_formats::{Log, Options, Proposal, open};
-use hovernav_log::Dataset;
 use hovernav_testing::shared;
 
 fn case(name: &str) -> Option<PathBuf> {
@@ -141,7 +142,7 @@ fn rounded_times_and_velocities_of_zero_are_found_by_the_check_of_the_setup() {
         [("epoch-in-float32", "single precision"), ("velocity-all-zero", "exactly 0")]
     {
         let Some(Log { dataset, .. }) = read(name) else { return };
-        let found: Vec<String> = dataset.check_setup().iter().map(ToString::to_string).collect();
+        let found: Vec<String> = check_setup(&dataset).iter().map(ToString::to_string).collect();
         assert!(has(&found, words), "{name}: {found:?}");
     }
 }

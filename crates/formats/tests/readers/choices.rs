@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
+use hovernav_dataset::Dataset;
 use hovernav_formats::{Options, open_bytes};
-use hovernav_log::Dataset;
 
 use crate::alike::{Flight, dataflash, message, ulog};
 

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::fs;
 
+use hovernav_dataset::Dataset;
 use hovernav_formats::{Options, Proposal, open};
-use hovernav_log::Dataset;
 
 use crate::alike::{FORMATS, Flight, warns, written};
 

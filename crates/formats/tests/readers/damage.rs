@@ -5,8 +5,8 @@
 
 use std::path::Path;
 
+use hovernav_dataset::LogError;
 use hovernav_formats::{Log, Options, open, open_bytes};
-use hovernav_log::LogError;
 use hovernav_testing::shared;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};

@@ -6,6 +6,7 @@ use std::fs;
 use hovernav_formats::{Log, Options, Proposal, open, open_bytes};
 
 use crate::alike::{Flight, dataflash, mcap, message, tables, ulog, warns, written};
+use hovernav_findings::check_fitness;
 
 fn of_bytes(bytes: &[u8]) -> Log {
     open_bytes(bytes, "log".as_ref(), &Options::default()).unwrap()
@@ -133,7 +134,7 @@ fn unhealthy_sensors_are_named_as_the_reason() {
     let log = dataflash(&Flight::at_rest(1.0));
     let sick = log.replace(", -9.81, 1, 1", ", -9.81, 0, 1");
     let dataset = of_bytes(sick.as_bytes()).dataset;
-    let refusal = dataset.check_fitness("log".as_ref()).unwrap_err().to_string();
+    let refusal = check_fitness(&dataset, "log".as_ref()).unwrap_err().to_string();
     assert!(refusal.contains("marks the gyro or the accelerometer as unhealthy"), "{refusal}");
     let baro = "FMT, 131, 50, BARO, QBfB, TimeUS,I,Alt,Health\nBARO, 1000000, 0, 400, 0\n";
     let dataset = of_bytes([&log, baro].concat().as_bytes()).dataset;

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use hovernav::time::Time;
+use hovernav_dataset::Dataset;
+use hovernav_findings::check_fitness;
 use hovernav_formats::{Format, Log, Options, open};
-use hovernav_log::Dataset;
+use hovernav_replay::estimate;
 use hovernav_testing::shared;
 
 fn read(name: &str) -> Option<Log> {
@@ -32,7 +34,8 @@ fn each_log_has_the_expected_contents() {
         assert_eq!(log.dataset.imu.len(), samples, "{name}");
         assert_eq!(log.dataset.fixes.len(), fixes, "{name}");
         assert!(log.onboard.is_some(), "{name}");
-        let fitness = log.dataset.check_fitness(Path::new(name)).map_err(|error| error.to_string());
+        let fitness =
+            check_fitness(&log.dataset, Path::new(name)).map_err(|error| error.to_string());
         match name {
             "px4-quad-motor-failure.ulg" => {
                 let error = fitness.unwrap_err();
@@ -86,7 +89,7 @@ fn an_instance_is_read_by_its_number_or_rejected() {
 fn clipping_and_a_roll_over_do_not_make_the_filter_diverge() {
     let Some(mut log) = read("px4-quad-vibration-2025.ulg") else { return };
     let config = log.dataset.settings().unwrap();
-    let run = log.dataset.estimate(&config, |_| {});
+    let run = estimate(&log.dataset, &config, |_| {});
     assert!(run.solutions.len() > 15_000);
     let mut farthest_m: [f64; 2] = [0.0; 2];
     for fix in &log.dataset.fixes {

@@ -2,8 +2,8 @@
 
 use std::fs;
 
+use hovernav_dataset::Dataset;
 use hovernav_formats::{Options, Proposal, open};
-use hovernav_log::Dataset;
 
 /// The report of `init` on `files`, the mapping that it writes, and the resulting dataset.
 pub fn mapped(files: &[(&str, String)]) -> (String, String, Dataset) {

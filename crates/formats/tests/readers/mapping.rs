@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use approx::assert_abs_diff_eq;
 use hovernav::ekf::Solution;
+use hovernav_dataset::Dataset;
 use hovernav_formats::{Format, Options, Proposal, open};
-use hovernav_log::Dataset;
+use hovernav_replay::estimate;
 
 const ORIGINAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
 
@@ -117,7 +118,7 @@ impl Foreign {
 
 fn solutions(mut dataset: Dataset) -> Vec<Solution> {
     let config = dataset.settings().unwrap();
-    dataset.estimate(&config, |_| {}).solutions
+    estimate(&dataset, &config, |_| {}).solutions
 }
 
 /// The dataset from a proposed mapping of `foreign`, with the original's manifest.

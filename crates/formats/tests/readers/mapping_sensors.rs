@@ -1,7 +1,7 @@
 //! Foreign text with several sensors of one kind, or one sensor in several files.
 
+use hovernav_dataset::Dataset;
 use hovernav_formats::{Options, Proposal, open};
-use hovernav_log::Dataset;
 
 use crate::mapped::mapped;
 

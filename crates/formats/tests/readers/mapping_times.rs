@@ -1,7 +1,7 @@
 //! Clocks of foreign loggers: repeated times, times out of order, times of day and of week.
 
 use approx::assert_abs_diff_eq;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 
 use crate::mapped::mapped;
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use hovernav::ekf::{Channel, Innovation};
 use hovernav_formats::{Log, Onboard, OnboardInnovation, Options, open, open_bytes};
+use hovernav_replay::estimate;
 use hovernav_testing::shared;
 
 fn read(name: &str) -> Option<Log> {
@@ -34,8 +35,8 @@ fn correlation(ours: &[Innovation], theirs: &[OnboardInnovation]) -> f64 {
 fn innovations_of_px4_have_our_sign_and_unit() {
     let Some(mut log) = read("px4-quad-vibration-2025.ulg") else { return };
     let config = log.dataset.settings().unwrap();
-    let run = log.dataset.estimate(&config, |_| {});
-    let ours = hovernav_log::innovations(&run);
+    let run = estimate(&log.dataset, &config, |_| {});
+    let ours = hovernav_score::innovations(&run);
     let onboard = log.onboard.unwrap();
     // Only innovations before the roll failure count; after it the two estimators differ.
     let ours: Vec<Innovation> = ours.into_iter().filter(|one| one.time.seconds() < 60.0).collect();

@@ -8,8 +8,8 @@ use std::path::Path;
 use approx::assert_abs_diff_eq;
 use hovernav::frames::Vector;
 use hovernav::imu::Motion;
+use hovernav_dataset::Dataset;
 use hovernav_formats::{Format, Log, Options, open, open_bytes};
-use hovernav_log::Dataset;
 
 const ORIGINAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../datasets/heli-hover");
 const START_NS: u64 = 1_752_000_000_000_000_000;

@@ -6,8 +6,8 @@ use std::process::Command;
 
 use approx::assert_abs_diff_eq;
 use hovernav::imu::Motion;
+use hovernav_dataset::pressure_altitude_m;
 use hovernav_formats::{Options, open};
-use hovernav_log::pressure_altitude_m;
 use hovernav_testing::python;
 
 const HERE: &str = env!("CARGO_MANIFEST_DIR");

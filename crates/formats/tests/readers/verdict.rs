@@ -1,7 +1,9 @@
 //! The verdict does not call a solution usable if its own log contradicts the solution.
 
+use hovernav_dataset::LogError;
+use hovernav_findings::FindingKind;
 use hovernav_formats::{Changes, Options, Pass, open};
-use hovernav_log::{FindingKind, Level, LogError};
+use hovernav_score::Level;
 use hovernav_testing::shared;
 
 #[test]

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use hovernav_dataset::Dataset;
 use hovernav_formats::{Options, Proposal, open};
-use hovernav_log::Dataset;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 

@@ -1,7 +1,7 @@
 //! Flights over the lines have the same percentiles as the flights of a campaign, which has neither lines nor a clock.
 
 use hovernav::frames::{Body, Vector, wrap_angle};
-use hovernav_log::Truth;
+use hovernav_dataset::Truth;
 use hovernav_sim::FlightConfig;
 use hovernav_sim::campaign::{Campaign, SensorGrade, percentile};
 

@@ -6,6 +6,7 @@ use hovernav_sysid::helicopter::{
 };
 
 use crate::common::{Setup, all_flown, flown};
+use hovernav_replay::smooth;
 
 const PEDAL: &str = "[autopilot.excitation]\nfirst_s = 4.0\npause_s = 3.0\n\
     [[autopilot.excitation.inputs]]\nstick = 'pedal'\nkind = 'doublet'\ntimes = 2\n\
@@ -63,7 +64,7 @@ fn a_model_is_identified_from_the_record_of_a_flight_with_test_inputs() {
     assert!(flown.at("all test inputs are flown").is_some());
     let mut dataset = flown.record.dataset().unwrap();
     let settings = dataset.settings().unwrap();
-    let solutions = dataset.smooth(&settings, |_| ()).solutions;
+    let solutions = smooth(&dataset, &settings, |_| ()).solutions;
     for name in ["yaw", "heave", "roll-pitch", "hybrid"] {
         let structure = ModelStructure::built_in(name).unwrap();
         let found = identify(&dataset, &solutions, structure, Velocity::Estimated).unwrap();

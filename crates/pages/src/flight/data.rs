@@ -3,11 +3,11 @@
 use hovernav::ekf::{Innovation, Notice, Solution};
 use hovernav::gps::Fix;
 use hovernav::time::Time;
+use hovernav_dataset::statistics::Extremes;
+use hovernav_dataset::{Dataset, LogError, Outage, Reference, ReferenceMoment};
+use hovernav_findings::Finding;
 use hovernav_formats::Onboard;
-use hovernav_log::statistics::Extremes;
-use hovernav_log::{
-    Dataset, Finding, LogError, Outage, Reference, ReferenceMoment, Score, Verdict,
-};
+use hovernav_score::{Score, Verdict};
 
 use crate::Fact;
 

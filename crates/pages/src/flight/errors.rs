@@ -1,6 +1,6 @@
 //! Errors of the estimate against the reference, compared with the filter's uncertainty.
 
-use hovernav_log::{Axis, AxisScore, Score};
+use hovernav_score::{Axis, AxisScore, Score};
 
 use super::motion::Clock;
 use crate::{Figure, Role, Row, Section, Series, Table, TableRow};

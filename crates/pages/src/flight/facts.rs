@@ -1,7 +1,7 @@
 //! The summary of a filter run in words and numbers.
 
 use hovernav_formats::{AlignmentSummary, RunSummary};
-use hovernav_log::Statistics;
+use hovernav_score::Statistics;
 
 use crate::Fact;
 

@@ -2,7 +2,7 @@
 
 use hovernav::ekf::{Channel, Innovation, Verdict};
 use hovernav_formats::Onboard;
-use hovernav_log::consistency::{
+use hovernav_score::consistency::{
     GROUPS, InnovationTest, PooledInnovations, chi_square_interval_95, innovation_tests,
     of_channels,
 };

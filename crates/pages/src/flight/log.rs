@@ -2,8 +2,9 @@
 
 use hovernav::ekf::Innovation;
 use hovernav::time::Time;
+use hovernav_dataset::{LogError, Outage, ReferenceMoment};
 use hovernav_formats::{Estimated, Judged, Log};
-use hovernav_log::{LogError, Outage, ReferenceMoment, innovations};
+use hovernav_score::innovations;
 
 use super::data::{FlightData, reference_moments, sticks};
 use super::facts::{facts, headlines};

@@ -6,8 +6,9 @@ use hovernav::earth::{Geodetic, LocalEarth};
 use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
 use hovernav::gps::Fix;
 use hovernav::time::Time;
+use hovernav_dataset::ReferenceMoment;
+use hovernav_findings::Finding;
 use hovernav_formats::Onboard;
-use hovernav_log::{Finding, ReferenceMoment};
 
 use super::data::FlightData;
 use crate::document::{FAR_S, time_label};
@@ -204,7 +205,7 @@ impl Fixes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hovernav_log::Outage;
+    use hovernav_dataset::Outage;
 
     #[test]
     fn a_clock_that_counts_from_far_away_is_shown_from_the_first_second() {

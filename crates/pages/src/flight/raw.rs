@@ -3,8 +3,8 @@
 use hovernav::ekf::Notice;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
-use hovernav_log::Dataset;
-use hovernav_log::statistics::Extremes;
+use hovernav_dataset::Dataset;
+use hovernav_dataset::statistics::Extremes;
 
 use super::motion::Clock;
 use super::spectrum::Density;

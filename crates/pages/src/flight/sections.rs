@@ -2,7 +2,7 @@
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
-use hovernav_log::statistics::quantile;
+use hovernav_dataset::statistics::quantile;
 
 use super::data::FlightData;
 use super::motion::{Clock, Columns, Fixes, Motion, columns, known};

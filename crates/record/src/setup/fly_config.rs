@@ -17,8 +17,8 @@ use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
 use hovernav::flight_control::FlightControlConfig;
 use hovernav::sensors::{DmuConfig, GpsConfig};
-use hovernav_log::LogError;
-use hovernav_log::{HeadingReference, Manifest};
+use hovernav_dataset::LogError;
+use hovernav_dataset::{HeadingReference, Manifest};
 use hovernav_toml::TomlError;
 
 /// `fly.toml`: all settings of a flight. An unknown key is an error: on a flight computer a misspelt setting must not

@@ -42,8 +42,8 @@ use super::noise::{Noise, Stream};
 use hovernav::autopilot::{HoverConfig, Mode};
 use hovernav::controls::Sticks;
 use hovernav::frames::{Vector, wrap_angle};
-use hovernav_log::Truth;
-use hovernav_log::statistics::quantile;
+use hovernav_dataset::Truth;
+use hovernav_dataset::statistics::quantile;
 use hovernav_model::{ModelError, StateSpace};
 
 /// Settings of a campaign: the nominal flight, and the distributions of the variations.

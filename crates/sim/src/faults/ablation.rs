@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use hovernav::ekf::{EkfConfig, EstimatorConfig, Mechanisms};
-use hovernav_log::{Dataset, LogError};
+use hovernav_dataset::{Dataset, LogError};
+use hovernav_findings::{check_fitness, ignore};
+use hovernav_replay::estimate;
 use rayon::prelude::*;
 
 use super::campaign::{name, scratch};
@@ -147,7 +149,7 @@ impl Ablation {
                     };
                     let cuts = std::iter::once(Cut::NONE).chain(self.cuts.iter().copied());
                     let rows = cuts.map(|cut| {
-                        let flown = dataset.estimate(&cut.apply(config), |_| {});
+                        let flown = estimate(&dataset, &cut.apply(config), |_| {});
                         let reference = clean.reference.as_ref();
                         let of = measure(&flown.solutions, reference, &[], clean.end_s);
                         Ablated {
@@ -181,8 +183,8 @@ fn opened(
 ) -> Result<Option<(Dataset, EstimatorConfig)>, LogError> {
     let Some((_, scratch)) = clean.copy(faults, seed)? else { return Ok(None) };
     let Ok(mut dataset) = Dataset::open(scratch.path()) else { return Ok(None) };
-    let Ok(denied) = dataset.check_fitness(scratch.path()) else { return Ok(None) };
-    dataset.ignore(denied);
+    let Ok(denied) = check_fitness(&dataset, scratch.path()) else { return Ok(None) };
+    ignore(&mut dataset, denied);
     let config = dataset.settings()?;
     Ok(Some((dataset, config)))
 }

@@ -3,7 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use hovernav_log::{Dataset, LogError};
+use hovernav_dataset::{Dataset, LogError};
 use rayon::prelude::*;
 use serde::Serialize;
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
-use hovernav_log::{Dataset, LogError, Reference};
+use hovernav_dataset::{Dataset, LogError, Reference};
 
 use super::injection::Log;
 use super::measure::{Measures, measure};

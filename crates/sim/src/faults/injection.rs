@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use hovernav_log::{LogError, Manifest, copy_whole, write_whole};
+use hovernav_dataset::{LogError, Manifest, copy_whole, write_whole};
 
 use super::fault::Fault;
 use super::inertial::Inertial;

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use hovernav::ekf::Solution;
 use hovernav::frames::wrap_angle;
-use hovernav_log::{Axis, Reference, axis_errors, axis_sigmas};
+use hovernav_dataset::Reference;
+use hovernav_score::{Axis, axis_errors, axis_sigmas};
 use serde::Serialize;
 
 use super::window::Window;
@@ -102,7 +103,7 @@ fn compare(solution: &Solution, reference: &Reference) -> Compared {
         time_s: solution.time.seconds(),
         errors: AXES.map(|axis| errors[axis as usize]),
         sigmas: AXES
-            .map(|axis| sigmas[axis as usize].unwrap_or(f64::NAN).hypot(reference.own_sigma(axis))),
+            .map(|axis| sigmas[axis as usize].unwrap_or(f64::NAN).hypot(axis.own_sigma(reference))),
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use hovernav_log::{Dataset, LogError, Run, sentences};
+use hovernav_dataset::{Dataset, LogError};
+use hovernav_findings::{check_fitness, findings, ignore, ignore_inconsistent, sentences};
+use hovernav_replay::Run;
 
 /// Runs the estimator on `dataset` with the settings of its own manifest. The warnings are those of reading and of the
 /// run.
@@ -11,17 +13,17 @@ use hovernav_log::{Dataset, LogError, Run, sentences};
 /// The error of `hovernav estimate` for a log that it rejects.
 pub(super) fn estimate(mut dataset: Dataset) -> Result<(Run, Vec<String>), LogError> {
     let path = PathBuf::from(&dataset.manifest.name);
-    let denied = dataset.check_fitness(&path)?;
-    let mut ignored = dataset.ignore(denied);
+    let denied = check_fitness(&dataset, &path)?;
+    let mut ignored = ignore(&mut dataset, denied);
     let config = dataset.settings()?;
-    let mut run = dataset.estimate(&config, |_| {});
-    let without = dataset.ignore_inconsistent(&config, &run);
+    let mut run = hovernav_replay::estimate(&dataset, &config, |_| {});
+    let without = ignore_inconsistent(&mut dataset, &config, &run);
     if !without.is_empty() {
-        run = dataset.estimate(&config, |_| {});
+        run = hovernav_replay::estimate(&dataset, &config, |_| {});
         ignored.extend(without);
     }
     let mut warnings = std::mem::take(&mut dataset.warnings);
     warnings.extend(ignored.iter().map(ToString::to_string));
-    warnings.extend(sentences(&dataset.findings(&run)));
+    warnings.extend(sentences(&findings(&dataset, &run)));
     Ok((run, warnings))
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use hovernav_log::Manifest;
+use hovernav_dataset::Manifest;
 
 use super::catalogue::Kind;
 use super::fault::Fault;

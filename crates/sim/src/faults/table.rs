@@ -4,7 +4,7 @@ use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 
-use hovernav_log::{LogError, open_file, write_whole};
+use hovernav_dataset::{LogError, open_file, write_whole};
 
 use super::window::Window;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use hovernav_log::Axis;
+use hovernav_score::Axis;
 
 use super::campaign::Outcome;
 use super::measure::{AXES, Measures};

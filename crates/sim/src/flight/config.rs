@@ -14,7 +14,7 @@ use hovernav::autopilot::{Excitation, ExcitationError, HoverConfig, SetPoint, Se
 use hovernav::controls::Sticks;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::EstimatorConfig;
-use hovernav_log::{Dataset, LogError, Manifest};
+use hovernav_dataset::{Dataset, LogError, Manifest};
 use hovernav_model::helicopter::{Helicopter, HelicopterError, HelicopterParameters};
 use hovernav_model::{AirframeError, LinearAirframe, ModelError, StateSpace};
 

@@ -9,7 +9,7 @@ use hovernav::frames::{Ned, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
 use hovernav::imu::ImuSample;
 use hovernav::time::Time;
-use hovernav_log::{Dataset, Manifest, Truth};
+use hovernav_dataset::{Dataset, Manifest, Truth};
 
 /// One sample of a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]

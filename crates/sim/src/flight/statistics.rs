@@ -153,7 +153,7 @@ mod tests {
     use hovernav::earth::Geodetic;
     use hovernav::frames::Vector;
     use hovernav::time::Time;
-    use hovernav_log::{Manifest, Truth};
+    use hovernav_dataset::{Manifest, Truth};
 
     #[test]
     fn an_excursion_is_the_worst_of_its_own_stretch() {

@@ -5,8 +5,8 @@ use hovernav::autopilot::{Excitation, ExcitationLimits, HoverConfig, Maneuver};
 use hovernav::controls::Sticks;
 use hovernav::ekf::{Estimator, Solution, SteplessSolution};
 use hovernav::event::Event;
+use hovernav_dataset::Truth;
 use hovernav_design::hover::{EstimatorLag, HoverDesign};
-use hovernav_log::Truth;
 use hovernav_model::shipped;
 use hovernav_sim::{Feedback, Flight, FlightConfig, FlightEvent};
 

@@ -10,7 +10,7 @@ use crate::record::{Experiment, STICKS, TestPoint, Tone, notch_delay_s, stepped,
 use hovernav::ekf::Solution;
 use hovernav::gps::Fix;
 use hovernav::time::Time;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 
 /// Signals of the estimated motion of a flight, in order.
 pub const MOTION: [&str; 8] = ["u", "v", "w", "p", "q", "r", "phi", "theta"];

@@ -4,7 +4,7 @@ use super::model_structure::ModelStructure;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::Solution;
 use hovernav::imu::ImuSample;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 
 /// The `smoothed` solutions of a log, or those of its gyros where there are no fixes, or where no heading was found and
 /// `structure` has rates alone.

@@ -15,7 +15,7 @@ use crate::record::Experiment;
 use crate::record::{STICKS, TestPoint, find_test_points, travels};
 use crate::record::{Tone, find_tones};
 use hovernav::ekf::Solution;
-use hovernav_log::Dataset;
+use hovernav_dataset::Dataset;
 
 /// Windows of the simulated fits, s: long enough for a response, short enough for an unstable vehicle.
 const WINDOW_S: f64 = 5.0;

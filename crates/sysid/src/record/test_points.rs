@@ -3,7 +3,7 @@
 use hovernav::controls::Sticks;
 use hovernav::time::Time;
 
-/// The four sticks, in the order of [`hovernav_log::Dataset::controls`].
+/// The four sticks, in the order of [`hovernav_dataset::Dataset::controls`].
 pub const STICKS: [&str; 4] = Sticks::NAMES;
 
 /// Section of a flight with deliberate steps of the sticks.

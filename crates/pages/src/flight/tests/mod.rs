@@ -5,8 +5,9 @@ mod synthetic;
 use hovernav::ekf::Solution;
 use hovernav::frames::Vector;
 use hovernav::time::Time;
+use hovernav_dataset::Outage;
 use hovernav_formats::{Onboard, OnboardMoment};
-use hovernav_log::{Outage, Verdict};
+use hovernav_score::Verdict;
 
 use self::synthetic::fly;
 use super::data::FlightData;

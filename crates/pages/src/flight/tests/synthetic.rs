@@ -5,7 +5,8 @@ use hovernav::ekf::{Channel, Innovation, Solution, Verdict};
 use hovernav::frames::{EulerAngles, Ned, Rotation, Vector, wrap_angle};
 use hovernav::gps::Fix;
 use hovernav::time::Time;
-use hovernav_log::{Axis, AxisScore, ErrorPoint, Outage, ReferenceMoment, Score, Statistics};
+use hovernav_dataset::{Outage, ReferenceMoment};
+use hovernav_score::{Axis, AxisScore, ErrorPoint, Score, Statistics};
 
 use super::super::data::FlightData;
 

@@ -1,0 +1,347 @@
+//! Steps of a clock within a recording: a counter that starts again from zero, and a clock that is set back.
+
+use crate::statistics::median_interval_s;
+use crate::table::remarks::Remarks;
+use hovernav::time::Time;
+
+const DAY: (i64, &str) = (86_400_000_000_000, "86400 s, a day");
+const DAY_S: f64 = 86_400.0;
+/// Periods of counters, ns, with their names.
+const PERIODS: [(i64, &str); 6] = [
+    (65_536_000_000, "65.536 s, 2^16 ms"),
+    (4_294_967_296_000, "4294.967 s, 2^32 µs"),
+    (4_294_967_296_000_000, "4294967.296 s, 2^32 ms"),
+    (604_800_000_000_000, "604800 s, a week"),
+    DAY,
+    (3_600_000_000_000, "3600 s, an hour"),
+];
+/// Number of entries of [`PERIODS`], from the first on, for a clock that returns to its time at the start of the log.
+const COUNTERS: usize = 4;
+/// Smallest step back of a clock, s; a smaller one is a row out of order.
+const LEAST_S: f64 = 1.0;
+/// Smallest step back of a clock, in usual intervals between rows; the larger of the two limits applies.
+const LEAST_INTERVALS: f64 = 5.0;
+/// Largest interval between the rows before and after the end of a period, in usual intervals.
+const LONGEST_INTERVALS: f64 = 3.0;
+/// Shortest interval that counts as an outage, in usual intervals.
+const OUTAGE: f64 = 1.5;
+/// Inverse of the smallest fraction of all rows that each side of a restart must have for two recordings.
+const SHORT_PARTS: usize = 4;
+/// Smallest and largest number of rows on either side of a step that are examined to confirm it.
+const ROWS: [f64; 2] = [2.0, 20.0];
+/// Largest number of breaks of the clock in a log; with more, the rows are shuffled.
+const MOST_BREAKS: usize = 8;
+/// Time assumed between the rows around a break, s. The true time is unknown, and is mostly one interval. Over such a
+/// gap the filter enlarges its covariance by more than the motion within it.
+const BREAK_S: f64 = 5.0;
+
+/// Steps of a log's clock, as its first sensor shows them. The clocks of the other sensors follow.
+#[derive(Clone, Debug, Default)]
+pub struct ClockSteps {
+    first: Option<FirstClock>,
+    /// Whether times are times of day. They start again at midnight, however long the interval around midnight is.
+    is_of_day: bool,
+}
+
+#[derive(Clone, Debug, Default)]
+struct FirstClock {
+    /// First and last time of the first sensor, as logged.
+    ends: Option<(Time, Time)>,
+    /// Times after the shifts.
+    course: Course,
+    breaks: Vec<Break>,
+}
+
+/// Step back of the clock, with the times as logged.
+#[derive(Clone, Copy, Debug)]
+struct Break {
+    before: Time,
+    after: Time,
+    shift_s: f64,
+    /// Whether a counter starts again at this step.
+    is_period: bool,
+}
+
+impl Break {
+    fn back_s(&self) -> f64 {
+        self.before - self.after
+    }
+
+    /// Whether this break may lie between rows at `before` and `at`.
+    fn may_be_between(&self, before: Time, at: Time, tolerance_s: f64) -> bool {
+        before - self.before <= tolerance_s && self.after - at <= tolerance_s
+    }
+}
+
+/// Times of a clock that runs forward: the first, the last, and the longest intervals.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Course {
+    ends: Option<(Time, Time)>,
+    /// Long intervals: the line after each, the time before it, and its length, s.
+    long: Vec<(u64, Time, f64)>,
+}
+
+impl Course {
+    pub fn push(&mut self, line: u64, time: Time) {
+        let (first, last) = self.ends.unwrap_or((time, time));
+        if time - last > LEAST_S && self.long.len() <= MOST_BREAKS {
+            self.long.push((line, last, time - last));
+        }
+        self.ends = Some((first, last.max(time)));
+    }
+
+    /// The interval of about `length_s` that no long interval of `other` overlaps: the line after it, and its
+    /// length, s.
+    fn lone(&self, other: &Self, length_s: f64, tolerance_s: f64) -> Option<(u64, f64)> {
+        let is_few = self.long.len() <= MOST_BREAKS && other.long.len() <= MOST_BREAKS;
+        let is_shared = |(_, before, length_s): &(u64, Time, f64)| {
+            let overlaps = |(_, start, other_s): &(u64, Time, f64)| {
+                start.offset_by(*other_s) > *before && *start < before.offset_by(*length_s)
+            };
+            other.long.iter().any(overlaps)
+        };
+        let mut alike = self.long.iter().filter(|long| (long.2 - length_s).abs() < tolerance_s);
+        let found = alike.find(|long| is_few && !is_shared(long))?;
+        Some((found.0, found.2))
+    }
+}
+
+/// Time to be added to the rows from an index on, ns, by ascending index.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Shifts(Vec<(usize, i64)>);
+
+impl Shifts {
+    /// Shifted time of the row `index`, logged at `time`.
+    pub fn apply(&self, index: usize, time: Time) -> Time {
+        let after = self.0.partition_point(|(from, _)| *from <= index);
+        match after.checked_sub(1) {
+            Some(last) => later(time, self.0[last].1),
+            None => time,
+        }
+    }
+}
+
+fn later(time: Time, nanoseconds: i64) -> Time {
+    Time::from_nanoseconds(time.nanoseconds().saturating_add(nanoseconds))
+}
+
+impl ClockSteps {
+    /// A clock whose times are times of day.
+    #[must_use]
+    pub fn of_day() -> Self {
+        Self { is_of_day: true, ..Self::default() }
+    }
+
+    /// Records that the clock of a sensor runs forward with the times of `course`.
+    pub(crate) fn steady(&mut self, course: Course, remarks: &mut Remarks) {
+        match &self.first {
+            None => {
+                self.first = Some(FirstClock { ends: course.ends, course, breaks: Vec::new() });
+            }
+            Some(first) => name_leap(&first.course, &course, 0.0, remarks),
+        }
+    }
+
+    /// Whether the clock of the first sensor has breaks, which the other sensors may need too.
+    pub(crate) fn has_breaks(&self) -> bool {
+        self.first.as_ref().is_some_and(|first| !first.breaks.is_empty())
+    }
+
+    /// The shifts that make the `times` of a sensor, in the order of its file, run forward. `remarks` receives each
+    /// step that no earlier sensor has shown.
+    pub(crate) fn shifts(
+        &mut self,
+        times: &[Time],
+        lines: &[u64],
+        remarks: &mut Remarks,
+    ) -> Shifts {
+        let usual_s = median_interval_s(times).unwrap_or(0.0).max(0.0);
+        let (Some(&start), Some(&end)) = (times.first(), times.last()) else {
+            return Shifts::default();
+        };
+        if are_shuffled(times, usual_s) {
+            return Shifts::default();
+        }
+        let mut steps: Vec<usize> =
+            (1..times.len()).filter(|&index| is_step(times, index, usual_s)).collect();
+        // Index of each row from which on time is added, and the added time, s.
+        let mut added = match &self.first {
+            Some(first) => first.followed(times, usual_s, &mut steps),
+            None => Vec::new(),
+        };
+        let mut breaks = Vec::new();
+        for index in steps {
+            let (before, after) = (times[index - 1], times[index]);
+            let (back_s, line) = (before - after, format!("{} {}", remarks.place(), lines[index]));
+            let is_restart = (after - start).abs() < LEAST_S.max(LONGEST_INTERVALS * usual_s);
+            let counters = if is_restart { &PERIODS[..COUNTERS] } else { &PERIODS[..] };
+            let midnight = (self.is_of_day && back_s > 0.5 * DAY_S).then_some(&DAY);
+            let period = midnight.or_else(|| period(counters, back_s, usual_s));
+            let shift_s = if let Some((period_ns, name)) = period {
+                remarks.say(format!("{line}: the clock starts again after {name}: continued"));
+                *period_ns as f64 * 1e-9
+            } else if is_restart && SHORT_PARTS * index.min(times.len() - index) > times.len() {
+                // The rows from here on are a second recording.
+                continue;
+            } else if self.first.is_some() {
+                remarks.say(format!(
+                    "{line}: the clock goes back by {back_s:.3} s, that of the first sensor does not: continued"
+                ));
+                back_s + usual_s
+            } else {
+                let shift_s = back_s + BREAK_S;
+                remarks.say(format!(
+                    "{line}: the clock goes back by {back_s:.3} s. The time that passed is unknown: read as a \
+                     gap of {BREAK_S} s, and later times are {shift_s:.3} s more than in the log"
+                ));
+                shift_s
+            };
+            added.push((index, shift_s));
+            breaks.push(Break { before, after, shift_s, is_period: period.is_some() });
+        }
+        added.sort_by_key(|(index, _)| *index);
+        let mut by_ns = 0;
+        let shifts = Shifts(
+            added
+                .into_iter()
+                .map(|(index, shift_s)| {
+                    by_ns += (1e9 * shift_s).round() as i64;
+                    (index, by_ns)
+                })
+                .collect(),
+        );
+        let mut course = Course::default();
+        for (index, (time, line)) in times.iter().zip(lines).enumerate() {
+            course.push(*line, shifts.apply(index, *time));
+        }
+        match &self.first {
+            None => self.first = Some(FirstClock { ends: Some((start, end)), course, breaks }),
+            Some(first) => name_leap(&first.course, &course, usual_s, remarks),
+        }
+        shifts
+    }
+}
+
+impl FirstClock {
+    /// Rows of another sensor at which both its clock and that of the first sensor break, and the time to be added, s.
+    /// Removes these breaks from `steps`, the steps of the other sensor's clock.
+    fn followed(&self, times: &[Time], usual_s: f64, steps: &mut Vec<usize>) -> Vec<(usize, f64)> {
+        let tolerance_s = LONGEST_INTERVALS * usual_s + LEAST_S;
+        let (mut from, mut added) = (0, Vec::new());
+        for one in &self.breaks {
+            let is_alike = |&index: &usize| {
+                (one.back_s() - (times[index - 1] - times[index])).abs() < tolerance_s
+            };
+            let may_be =
+                |index: &usize| one.may_be_between(times[index - 1], times[*index], tolerance_s);
+            let own = steps.iter().position(is_alike).or_else(|| steps.iter().position(may_be));
+            if let Some(own) = own {
+                from = steps.remove(own);
+                added.push((from, one.shift_s));
+            } else if one.is_period {
+                let is_later = |first: Time| {
+                    let start = self.ends.map_or(first, |ends| ends.0);
+                    from == 0 && start - first > tolerance_s && one.after - first <= tolerance_s
+                };
+                added.extend(is_later(times[0]).then_some((0, one.shift_s)));
+            } else if let Some(index) = self.hidden(one, times, from, usual_s) {
+                from = index;
+                added.push((index, one.shift_s));
+            } else if let Some(after) = times[from..].iter().position(|time| *time > one.before)
+                && after > 0
+            {
+                // This clock goes on where that of the first sensor breaks: only the assumed gap is added.
+                added.push((from + after, BREAK_S));
+            }
+        }
+        added
+    }
+
+    /// First row after the break `one` of the first sensor's clock, if this clock breaks with it. The rows of this
+    /// clock are too far apart to show the step back. `None` if this clock goes on.
+    fn hidden(&self, one: &Break, times: &[Time], from: usize, usual_s: f64) -> Option<usize> {
+        let tolerance_s = LONGEST_INTERVALS * usual_s + LEAST_S;
+        let interval_s = |index: &usize| times[*index] - times[index - 1];
+        let around = || {
+            let from = from.max(1);
+            (from..times.len())
+                .filter(|&index| one.may_be_between(times[index - 1], times[index], tolerance_s))
+        };
+        let by_interval = |a: &usize, b: &usize| interval_s(a).total_cmp(&interval_s(b));
+        let shortest = around().min_by(by_interval)?;
+        if interval_s(&shortest) < usual_s - 0.5 * one.back_s() {
+            return Some(shortest);
+        }
+        // An outage covers the break. If this clock goes on, it ends later than that of the first sensor.
+        let late_s = *times.last()? - self.ends?.1;
+        let goes_on = (late_s - one.back_s()).abs() < late_s.abs();
+        let longest = around().max_by(by_interval)?;
+        if goes_on {
+            None
+        } else if interval_s(&longest) > OUTAGE * usual_s {
+            Some(longest)
+        } else {
+            // This sensor may begin after the break.
+            let begins_after = from == 0 && one.after - times[0] <= tolerance_s;
+            begins_after.then_some(0)
+        }
+    }
+}
+
+/// Adds a remark on the interval of one clock that explains why two clocks begin together but end apart. The interval
+/// may be an outage, so no time is changed.
+fn name_leap(first: &Course, other: &Course, usual_s: f64, remarks: &mut Remarks) {
+    let (Some(a), Some(b)) = (first.ends, other.ends) else { return };
+    let tolerance_s = LONGEST_INTERVALS * usual_s + 0.5 * LEAST_S;
+    let late_s = b.1 - a.1;
+    if (b.0 - a.0).abs() > tolerance_s || late_s.abs() < LEAST_S.max(tolerance_s) {
+        return;
+    }
+    let (one, another, whose, then) = match late_s > 0.0 {
+        true => (other, first, "the clock", "later"),
+        false => (first, other, "the clock of the first sensor", "earlier"),
+    };
+    if let Some((line, length_s)) = one.lone(another, late_s.abs(), tolerance_s) {
+        let place = remarks.place();
+        remarks.say(format!(
+            "{place} {line}: {whose} may go forward by {length_s:.3} s: only one of the two has this gap, and this \
+             sensor ends {:.3} s {then} than the first. Times are used as logged",
+            late_s.abs()
+        ));
+    }
+}
+
+/// Whether the clock steps back at the row `index`, and stays there: a few stray rows are no step.
+fn is_step(times: &[Time], index: usize, usual_s: f64) -> bool {
+    let (before, at) = (times[index - 1], times[index]);
+    let back_s = before - at;
+    if back_s <= LEAST_S.max(LEAST_INTERVALS * usual_s) {
+        return false;
+    }
+    let rows = (0.5 * back_s / usual_s.max(1e-9)).clamp(ROWS[0], ROWS[1]) as usize;
+    let mostly = |rows: &[Time], is_so: &dyn Fn(&Time) -> bool| {
+        let count = rows.iter().filter(|time| is_so(time)).count();
+        rows.len() >= ROWS[0] as usize && 5 * count >= 4 * rows.len()
+    };
+    mostly(&times[index.saturating_sub(rows)..index], &|time| *time > at)
+        && mostly(&times[index..times.len().min(index + rows)], &|time| *time < before)
+}
+
+/// Period of a counter that ends where the clock goes back by `back_s`, s.
+fn period(
+    periods: &'static [(i64, &str)],
+    back_s: f64,
+    usual_s: f64,
+) -> Option<&'static (i64, &'static str)> {
+    let is_interval = |seconds: f64| (0.0..LONGEST_INTERVALS * usual_s).contains(&seconds);
+    periods.iter().find(|(period_ns, _)| is_interval(*period_ns as f64 * 1e-9 - back_s))
+}
+
+/// Whether the rows are shuffled: their clock breaks more often than that of any log.
+fn are_shuffled(times: &[Time], usual_s: f64) -> bool {
+    let is_break = |index: &usize| {
+        is_step(times, *index, usual_s)
+            && period(&PERIODS, times[index - 1] - times[*index], usual_s).is_none()
+    };
+    (1..times.len()).filter(is_break).count() > MOST_BREAKS
+}

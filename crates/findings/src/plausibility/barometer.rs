@@ -1,0 +1,82 @@
+//! Check of the barometer's heights against those of the fixes: units and sign.
+
+use std::collections::BTreeMap;
+
+use super::regression::Scale;
+use crate::finding::{Sensor, SetupFinding};
+use hovernav_dataset::Dataset;
+
+/// Length of the parts over which heights are averaged, s; changes between successive parts are compared.
+const PART_S: f64 = 10.0;
+/// Smallest number of changes that are compared.
+const LEAST_COUNT: usize = 6;
+/// Smallest rms of the changes of the fixes' heights, m.
+const LEAST_M: f64 = 1.5;
+/// Smallest fraction of the fixes' height changes that the barometer explains.
+const EXPLAINED: f64 = 0.7;
+/// Smallest deviation of the scale from 1, in one-sigmas.
+const SIGMAS: f64 = 6.0;
+
+/// Likely contents of a column: range of the scale from the column's changes to those of the fixes' heights,
+/// description, remedy.
+const CAUSES: [(std::ops::Range<f64>, &str, &str); 7] = [
+    (0.25..0.37, "altitude_m in feet, expected metres", "multiply altitude_m by 0.3048"),
+    (0.0085..0.0115, "altitude_m in centimetres, expected metres", "divide altitude_m by 100"),
+    (0.000_85..0.001_15, "altitude_m in millimetres, expected metres", "divide altitude_m by 1000"),
+    (-1.3..-0.75, "a height that counts downwards", "change the sign of altitude_m"),
+    (-0.37..-0.25, "a height in feet that counts downwards", "multiply altitude_m by -0.3048"),
+    (-13.0..-7.0, "a pressure in hPa, expected a height", PRESSURE),
+    (-0.13..-0.07, "a pressure in Pa, expected a height", PRESSURE),
+];
+const PRESSURE: &str = "name the column pressure_pa, in Pa";
+
+pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
+    let changes = changes(dataset);
+    let squares: f64 = changes.iter().map(|(_, fixes)| fixes * fixes).sum();
+    if changes.len() < LEAST_COUNT || (squares / changes.len() as f64).sqrt() < LEAST_M {
+        return;
+    }
+    // The barometer is the independent variable of the regression, because it scatters less.
+    let Some(Scale { scale, sigma, explained }) = Scale::of(&changes) else { return };
+    if explained < EXPLAINED || (scale - 1.0).abs() < SIGMAS * sigma {
+        return;
+    }
+    let Some((_, cause, mend)) = CAUSES.iter().find(|(range, ..)| range.contains(&scale)) else {
+        return;
+    };
+    found.push(SetupFinding {
+        sensor: Sensor::Barometer,
+        is_certain: true,
+        found: format!(
+            "the heights of the fixes change by {scale:.3} times the change of the barometer's (one-sigma {sigma:.3}), \
+             expected 1"
+        ),
+        cause: (*cause).into(),
+        mend: (*mend).into(),
+    });
+}
+
+/// Changes of the barometer's height and of the fixes' height between successive parts of the log, m.
+fn changes(dataset: &Dataset) -> Vec<(f64, f64)> {
+    let part = |time_s: f64| (time_s / PART_S).floor() as i64;
+    let baro = dataset.baro.iter().map(|(time, height_m)| (part(time.seconds()), *height_m));
+    let fixes = dataset.fixes.iter().filter(|fix| !fix.two_dimensional);
+    let fixes = fixes.map(|fix| (part(fix.time.seconds()), fix.position.height_m));
+    let (baro, fixes) = (means(baro), means(fixes));
+    let change = |of: &BTreeMap<i64, (f64, f64)>, part: i64| {
+        let mean = |part: i64| of.get(&part).map(|(sum, count)| sum / count);
+        Some(mean(part + 1)? - mean(part)?)
+    };
+    baro.keys().filter_map(|&part| Some((change(&baro, part)?, change(&fixes, part)?))).collect()
+}
+
+/// Sum and count of the values of each part.
+fn means(values: impl Iterator<Item = (i64, f64)>) -> BTreeMap<i64, (f64, f64)> {
+    let mut parts = BTreeMap::new();
+    for (part, value) in values {
+        let (sum, count) = parts.entry(part).or_insert((0.0, 0.0));
+        *sum += value;
+        *count += 1.0;
+    }
+    parts
+}

@@ -1,0 +1,114 @@
+//! Verdict on a solution, in words.
+
+use std::collections::HashSet;
+
+use hovernav::ekf::Innovation;
+use serde::Serialize;
+
+use crate::consistency::pooled;
+use crate::level::Level;
+use hovernav_findings::{Finding, Severity};
+
+/// Largest number of reasons in a verdict.
+const NAMED: usize = 3;
+
+/// A verdict with its main reasons, plain text.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Verdict {
+    /// The reliability.
+    pub level: Level,
+    /// The verdict in one sentence.
+    pub words: String,
+    /// The main reasons, worst first, one sentence each.
+    pub reasons: Vec<String>,
+}
+
+impl Verdict {
+    /// The verdict on a run, by the worst of its findings and by the consistency of its `innovations`. Findings are
+    /// ranked by harm; innovations are in the filter's order. Without both, the `warnings` decide.
+    #[must_use]
+    pub fn of_run(findings: &[Finding], warnings: &[String], innovations: &[Innovation]) -> Self {
+        let mut reasons: Vec<(Level, String)> = Vec::new();
+        for (name, pooled) in pooled(innovations) {
+            let (level, words) = pooled.judged();
+            if level > Level::Good {
+                let (low, high) = pooled.interval;
+                let mean = pooled.mean;
+                let words = format!(
+                    "{name} innovations {words}: mean square {mean:.2}, expected {low:.2} to {high:.2}"
+                );
+                reasons.push((level, words));
+            }
+        }
+        let mut worst: Vec<&Finding> = findings.iter().filter(|one| one.is_warning()).collect();
+        worst.sort_by(|a, b| a.by_harm(b));
+        // Only the worst finding of each sensor and kind is named. So a cause is named next to its effect.
+        let mut named = HashSet::new();
+        worst.retain(|finding| named.insert((finding.sensor.name(), finding.kind.name())));
+        reasons.extend(worst.into_iter().map(|finding| {
+            let is_error = finding.severity == Severity::Error;
+            (if is_error { Level::Bad } else { Level::Care }, finding.words.clone())
+        }));
+        if reasons.is_empty() {
+            reasons.extend(warnings.iter().map(|warning| (Level::Care, warning.clone())));
+        }
+        reasons.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
+        let level = reasons.first().map_or(Level::Good, |(level, _)| *level);
+        let words = match level {
+            Level::Good => "Good: no finding against this solution.",
+            Level::Care => "With care: usable, but read the findings.",
+            Level::Bad => "Do not rely on this solution before the findings are resolved.",
+        };
+        reasons.truncate(NAMED);
+        let reasons = reasons.into_iter().map(|(_, words)| words).collect();
+        Self { level, words: words.into(), reasons }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hovernav_findings::{FindingKind, Harm, Sensor};
+
+    fn finding(kind: FindingKind, severity: Severity, length_s: f64, words: &str) -> Finding {
+        Finding::warning(Sensor::Gps, kind, (1.0, 1.0 + length_s), words).severity(severity)
+    }
+
+    fn harm(one_sigmas: Option<f64>, growth: f64) -> Option<Harm> {
+        Some(Harm { position_m: None, velocity_mps: None, one_sigmas, growth })
+    }
+
+    #[test]
+    fn the_worst_finding_decides_and_is_named_first() {
+        let findings = [
+            finding(FindingKind::Outage, Severity::Info, 1.0, "of no matter"),
+            finding(FindingKind::Outage, Severity::Warning, 1.0, "an outage"),
+            finding(FindingKind::SetUp, Severity::Error, 1.0, "axes turned over"),
+        ];
+        let verdict = Verdict::of_run(&findings, &["a warning".into()], &[]);
+        assert_eq!(verdict.level, Level::Bad);
+        assert_eq!(verdict.reasons, ["axes turned over", "an outage"]);
+        let verdict = Verdict::of_run(&findings[..1], &[], &[]);
+        assert_eq!((verdict.level, verdict.reasons.len()), (Level::Good, 0));
+        let verdict = Verdict::of_run(&findings[..1], &["a warning".into()], &[]);
+        assert_eq!((verdict.level, &*verdict.reasons[0]), (Level::Care, "a warning"));
+    }
+
+    #[test]
+    fn harm_outranks_length_and_each_kind_is_named_once() {
+        let harmed = |kind, length_s, harm, words| Finding {
+            harm,
+            ..finding(kind, Severity::Warning, length_s, words)
+        };
+        let findings = [
+            harmed(FindingKind::Vibration, 300.0, harm(Some(2.0), 1.0), "long and harmless"),
+            harmed(FindingKind::Rejected, 2.0, harm(Some(3.0), 1.0), "short"),
+            harmed(FindingKind::Rejected, 3.4, harm(Some(30.0), 1.0), "short and harmful"),
+            harmed(FindingKind::Outage, 4.0, harm(None, 8.0), "grown"),
+            harmed(FindingKind::Gap, 4.0, harm(Some(1.0), 90.0), "covered by its one-sigma"),
+        ];
+        let verdict = Verdict::of_run(&findings, &[], &[]);
+        assert_eq!(verdict.level, Level::Care);
+        assert_eq!(verdict.reasons, ["short and harmful", "grown", "long and harmless"]);
+    }
+}
