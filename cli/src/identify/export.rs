@@ -40,7 +40,11 @@ pub fn write(
     Ok(())
 }
 
+/// Response below which a model has none: rounding errors remain, and zero has no decibels.
+const NONE: f64 = 1e-12;
+
 /// One row per stick, output and frequency. Magnitudes are in dB of the output's unit, rad/s or m/s², per unit stick.
+/// Empty where there is no response.
 fn responses(frequency: &FrequencyDomain) -> String {
     let mut text = "stick,output,frequency_hz,flight_db,flight_deg,coherence,random_error,model_db,model_deg\n".to_owned();
     let measured = &frequency.measured;
@@ -50,7 +54,12 @@ fn responses(frequency: &FrequencyDomain) -> String {
                 let place = (output, input);
                 let [flight, model] = [&measured.responses, &frequency.modelled].map(|of| {
                     let value = of[at][place];
-                    format!("{:.4},{:.3}", 20.0 * value.norm().log10(), value.arg().to_degrees())
+                    let (size, phase_deg) = (value.norm(), value.arg().to_degrees());
+                    if size > NONE {
+                        format!("{:.4},{phase_deg:.3}", 20.0 * size.log10())
+                    } else {
+                        ",".to_owned()
+                    }
                 });
                 let (coherence, error) =
                     (measured.coherence[at][place], measured.random_error[at][place]);

@@ -14,8 +14,8 @@ use hovernav_formats::{Log, Options};
 use hovernav_model::Grade;
 use hovernav_replay::{SmoothedRun, smooth};
 use hovernav_sysid::helicopter::{
-    FlightRecord, FrequencyDomain, ModelStructure, Request, Velocity, flight_warnings, identify,
-    solutions_for,
+    FlightRecord, FrequencyDomain, ModelStructure, ModelStructureError, Request, Velocity,
+    flight_warnings, identify, solutions_for,
 };
 
 use self::export::ExportFormat;
@@ -32,8 +32,8 @@ pub struct Arguments {
     log: Option<PathBuf>,
     /// Structure of the model: a name from --list, or a file [default: hybrid, multirotor for a flight without flapping,
     /// rates without GPS]
-    #[arg(long, visible_alias = "structure", value_name = "NAME|FILE")]
-    model: Option<ModelStructure>,
+    #[arg(long, visible_alias = "structure", value_name = "NAME|FILE", value_parser = name_or_file)]
+    model: Option<String>,
     /// Identify from flight near this forward speed over the ground instead of hover, m/s, for a model of forward flight
     #[arg(long, value_name = "MPS", value_parser = speed, allow_hyphen_values = true)]
     speed: Option<f64>,
@@ -69,6 +69,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let log = arguments.log.as_deref().context("expected a log")?;
     let mut options = Options::default();
     options.input.clone_from(&arguments.input);
+    let structure = arguments.model.as_deref().map(str::parse::<ModelStructure>).transpose()?;
     let Log { mut dataset, .. } = memory::open(log, &options, 2)?;
     let part = |name| if log.is_dir() { log.join(name) } else { log.to_path_buf() };
     if let Some(config) = &arguments.config {
@@ -90,7 +91,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "{}: --held-gps needs GPS and a solution",
         log.display()
     );
-    let solutions = solutions_for(&dataset, arguments.model.as_ref(), solutions);
+    let solutions = solutions_for(&dataset, structure.as_ref(), solutions);
     ensure!(
         !solutions.is_empty(),
         "{}: no solution to identify from: alignment found no fix after {} s of inertial samples, \
@@ -100,7 +101,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
 
     // The failure of the comparison is a result, too.
-    let wanted = Request { structure: arguments.model.clone(), speed_mps: arguments.speed };
+    let wanted = Request { structure, speed_mps: arguments.speed };
     let with = |velocity| identify(&dataset, &solutions, wanted.clone(), velocity);
     let held = || arguments.held_gps.then(|| with(Velocity::HeldGps));
     let working = output::Working::on("identifying");
@@ -155,6 +156,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         verdict.reasons.join("; ")
     );
     Ok(())
+}
+
+/// A name or a file that exists. What the file contains is not a matter of usage.
+fn name_or_file(text: &str) -> Result<String, String> {
+    match text.parse::<ModelStructure>() {
+        Err(error @ ModelStructureError::Unknown { .. }) => Err(error.to_string()),
+        _ => Ok(text.to_owned()),
+    }
 }
 
 fn speed(text: &str) -> Result<f64, String> {

@@ -43,6 +43,16 @@ fn info_states_which_sticks_move_and_what_can_be_identified() {
 }
 
 #[test]
+fn an_invalid_structure_is_refused_in_one_sentence() {
+    let file = place("identify-structure").join("mine.toml");
+    for (content, expected) in [("wings = 2\n", "unknown key `wings`"), ("=", "mine.toml:1")] {
+        fs::write(&file, content).expect("writable");
+        let message = refusal(&["identify", HELI, "--model", text(&file)]);
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
+#[test]
 fn an_identification_leaves_a_model_a_summary_and_a_page() {
     // Without the reference and the true parameters: the command must not need them.
     let flight = flight("identify-flight", |_, content| Some(content));
@@ -53,6 +63,7 @@ fn an_identification_leaves_a_model_a_summary_and_a_page() {
     let coherent = |line: &str| line.split(',').nth(5).and_then(|own| own.parse::<f64>().ok());
     let coherence: Vec<f64> = responses.lines().filter_map(coherent).collect();
     assert!(coherence.len() > 1_000 && coherence.iter().all(|own| (0.0..=1.0).contains(own)));
+    assert!(!responses.contains("inf"), "a stick without effect has no decibels");
     assert!(fs::read_to_string(out.join("model.m")).unwrap().contains("ss(A, B, C, D)"));
 
     let summary = summary(&out);
