@@ -99,7 +99,19 @@ impl FlightControlConfig {
     pub fn check(&self) -> Result<(), FlightControlError> {
         self.hover.check()?;
         self.ready.check()?;
-        self.steering.iter().try_for_each(SteeringConfig::check)?;
+        if let Some(steering) = &self.steering {
+            steering.check()?;
+            // Guidance rejects a faster set-point: a stick pushed further would then have no effect.
+            let guidance = &self.hover.guidance;
+            within("steering.speed_mps", steering.speed_mps, 0.1, guidance.speed_mps)?;
+            within("steering.climb_mps", steering.climb_mps, 0.1, guidance.climb_mps)?;
+            within(
+                "steering.yaw_rate_radps",
+                steering.yaw_rate_radps,
+                0.05,
+                guidance.yaw_rate_radps,
+            )?;
+        }
         self.switch.check()?;
         self.channels.check()?;
         self.swashplate.check(&self.channels)?;

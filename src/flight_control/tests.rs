@@ -304,6 +304,22 @@ fn sticks_that_steer_move_it_and_only_a_hard_one_overrides() {
     assert_eq!(bench.cycles(1).mode, Mode::Manual);
 }
 
+/// Guidance would reject the velocity of a full stick, and the vehicle would keep an earlier one.
+#[test]
+fn sticks_that_ask_for_more_than_guidance_permits_are_refused() {
+    let steering = SteeringConfig::default();
+    for faster in [
+        SteeringConfig { speed_mps: 5.1, ..steering },
+        SteeringConfig { climb_mps: 1.6, ..steering },
+        SteeringConfig { yaw_rate_radps: 0.7, ..steering },
+    ] {
+        let config = FlightControlConfig { steering: Some(faster), ..config() };
+        let error = config.check().unwrap_err();
+        assert!(error.to_string().starts_with("steering."), "{error}");
+    }
+    FlightControlConfig { steering: Some(steering), ..config() }.check().unwrap();
+}
+
 #[test]
 fn a_mixed_swashplate_is_fed_by_the_pilot_and_by_the_autopilot_alike() {
     let swashplate = Swashplate { kind: SwashplateKind::Ccpm120, ..Swashplate::default() };
