@@ -62,6 +62,13 @@ photograph car car velocity
 foreign
 "$hovernav" --quiet estimate "$place/own" --out "$place/text"
 photograph text text map
+"$hovernav" --quiet identify "$docs/../datasets/heli-hover" --out "$place/helicopter"
+photograph helicopter helicopter second-opinion
+gunzip -c "$shared/cases/identification/sid.bin.gz" >"$place/sid.bin"
+"$hovernav" --quiet identify "$place/sid.bin" --out "$place/multirotor"
+photograph multirotor multirotor second-opinion
+"$hovernav" --quiet design raptor60 --at raptor60@4 --at raptor60@8 --out "$place/forward"
+photograph forward forward forward
 "$hovernav" --quiet design raptor60 --out "$place/design"
 sed -e "s#/tmp/hovernav-#$place/line-#" -e "s#../out/raptor60#$place/design#" \
     -e "s#\"out/records\"#\"$place/records\"#" "$docs/../examples/loop.toml" >"$place/loop.toml"
