@@ -88,7 +88,7 @@ pub use manifest::{
     SolutionSection,
 };
 pub use paragraph::paragraph;
-pub use plausibility::alternative;
+pub use plausibility::{alternative, barometer_scale};
 pub use reference::{Reference, ReferenceMoment};
 pub use relative::{RelativeError, RelativePoint, relative_error};
 pub use remarks::Remarks;

@@ -59,6 +59,7 @@ pub(super) fn axis(name: &str) -> Option<Quantity> {
 /// `orientation.w`.
 pub(super) fn quaternion(name: &str) -> Option<usize> {
     const NAMES: [&str; 3] = ["quaternion", "quat", "orientation"];
+    let name = ["attitude", "att"].iter().find_map(|of| name.strip_prefix(of)).unwrap_or(name);
     let named = NAMES.iter().find_map(|begin| name.strip_prefix(begin));
     let part = match named {
         Some(rest) => rest.strip_prefix('q').unwrap_or(rest),

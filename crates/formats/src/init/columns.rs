@@ -9,7 +9,9 @@ use super::look::Look;
 use super::names::meaning;
 use super::numbered;
 use super::quantity::Quantity;
+use super::time::COUNTED;
 use super::travel::StatedUnits;
+use super::units::GYRO_UNSTATED;
 use super::unknown_places;
 use super::unnamed;
 use crate::format::Format;
@@ -31,6 +33,8 @@ pub(crate) struct Understood {
     pub checks: Vec<String>,
     /// Whether the accelerometer does not measure gravity, as with the linear acceleration of a phone.
     pub is_without_gravity: bool,
+    /// Rate that is assumed for a time that counts rows, Hz.
+    pub count_hz: Option<f64>,
 }
 
 /// Derives the mapping of the file at `path`, which the mapping refers to as `file`.
@@ -42,6 +46,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             unused: Vec::new(),
             checks: Vec::new(),
             is_without_gravity: false,
+            count_hz: None,
         });
     }
     let mut look = Look::at(path)?;
@@ -91,6 +96,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     table.attitude = reader.attitude(&mut checks);
     let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut checks);
     let stated = gps.as_ref().map_or_else(StatedUnits::default, |(_, stated)| *stated);
+    let is_gyro_stated = !checks.iter().any(|check| check.starts_with(GYRO_UNSTATED));
     if gps.is_some() && !unknown.is_empty() {
         checks.push(format!(
             "gps: rows with latitude and longitude of {unknown:?} are read as rows without a fix; \
@@ -98,7 +104,10 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         ));
     }
     table.gps = gps.map(|(columns, _)| GpsColumns { unknown, ..columns });
-    table.baro = reader.baro(table.gps.is_some(), &mut checks);
+    let (baro, is_baro_stated) = reader.baro(table.gps.is_some(), &mut checks).unzip();
+    table.baro = baro;
+    let stated =
+        StatedUnits { gyro: is_gyro_stated, baro: is_baro_stated.unwrap_or(true), ..stated };
     table.controls = reader.controls();
     let has_motion =
         [table.gyro.is_some(), table.accel.is_some(), table.gravity.is_some()].contains(&true);
@@ -110,6 +119,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             look.layout.names.join(", ").chars().take(200).collect::<String>()
         ),
     })?;
+    let is_counted = checks.iter().any(|check| check.starts_with(COUNTED));
+    let count_hz = is_counted.then(|| 1.0 / table.time.unit.seconds());
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
     let is_linear = known.all([0, 1, 2].map(Quantity::Accel)).is_some_and(|accel| {
@@ -120,7 +131,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     });
     let is_without_gravity =
         is_linear || checks.iter().any(|check| check.starts_with("accel: found a median"));
-    Ok(Understood { mapping: table, stated, unused, checks, is_without_gravity })
+    Ok(Understood { mapping: table, stated, unused, checks, is_without_gravity, count_hz })
 }
 
 /// Whether a file is a capture of a receiver, whose fixes need no mapping.
@@ -173,14 +184,22 @@ impl Reader<'_> {
                 Some("rad/s") => RateUnit::RadiansPerSecond,
                 Some("deg/s") => RateUnit::DegreesPerSecond,
                 Some("mrad/s") => RateUnit::MilliradiansPerSecond,
-                // A rate of 7 rad/s is 400 °/s, a violent turn; 7 °/s is a calm one.
-                _ if high > 7.0 => RateUnit::DegreesPerSecond,
+                Some("mdeg/s") => RateUnit::MillidegreesPerSecond,
                 _ => {
+                    let (unit, other) = match high {
+                        // A rate of 7 rad/s is 400 °/s, a violent turn; 7 °/s is a calm one.
+                        ..=7.0 => (RateUnit::RadiansPerSecond, RateUnit::DegreesPerSecond),
+                        // No gyro measures more than 4000 °/s.
+                        ..=4e3 => (RateUnit::DegreesPerSecond, RateUnit::MilliradiansPerSecond),
+                        _ => (RateUnit::MillidegreesPerSecond, RateUnit::MilliradiansPerSecond),
+                    };
                     checks.push(format!(
-                        "gyro: rates reach {high:.2}, read as rad/s; if they are deg/s, set unit = \
-                         \"deg/s\" under [table.gyro]"
+                        "{GYRO_UNSTATED} {high:.2}, read as {}; if they are {other}, set unit = \
+                         \"{other}\" under [table.gyro]",
+                        unit.name(),
+                        other = other.name()
                     ));
-                    RateUnit::RadiansPerSecond
+                    unit
                 }
             };
             return Some(self.triad(columns, unit, false));
@@ -201,6 +220,7 @@ impl Reader<'_> {
                 Some("m/s2") if !(0.8..1.2).contains(&norm) => ForceUnit::MetresPerSecondSquared,
                 Some("g") if !(8.0..12.0).contains(&norm) => ForceUnit::Gravity,
                 Some("mg") => ForceUnit::Milligravity,
+                Some("cm/s2") => ForceUnit::CentimetresPerSecondSquared,
                 _ if (0.5..2.0).contains(&norm) => ForceUnit::Gravity,
                 _ if (500.0..2000.0).contains(&norm) => ForceUnit::Milligravity,
                 _ => ForceUnit::MetresPerSecondSquared,

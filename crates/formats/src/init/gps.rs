@@ -52,6 +52,9 @@ impl Reader<'_> {
             ..GpsColumns::default()
         };
         let stated = self.velocity(&mut gps, written, checks);
+        let is_height_stated =
+            self.known.unit(height).is_some() || height_unit != LengthUnit::Metres;
+        let stated = StatedUnits { height: is_height_stated, ..stated };
         let is_in_mm = written == Written::Scaled || height_unit == LengthUnit::Millimetres;
         self.sigmas(&mut gps, is_in_mm, checks);
         for (name, quantity) in
@@ -133,21 +136,22 @@ impl Reader<'_> {
         gps.speed_unit = unit;
         let vertical_unit = vertical.map(|column| self.speed_unit(column, written));
         let vertical_stated = vertical_unit.is_some_and(|(_, stated)| stated);
-        match vertical.zip(vertical_unit) {
-            Some((column, (other, true))) if other != unit && stated => checks.push(format!(
-                "gps: {} is in {}, but the speed over ground is in {}: the vertical velocity is \
-                 ignored",
-                self.look.layout.names[column],
-                other.name(),
-                unit.name()
-            )),
-            Some((column, _)) => {
-                let name = self.name(column);
-                if down.is_some() { gps.down = name } else { gps.up = name }
+        if let Some((column, (other, is_stated))) = vertical.zip(vertical_unit) {
+            let name = self.name(column);
+            if down.is_some() {
+                gps.down = name
+            } else {
+                gps.up = name
             }
-            None => {}
+            gps.vertical_unit =
+                Some(other).filter(|other| is_stated && !(stated && *other == unit));
         }
-        StatedUnits { speed: stated, course: course_stated, vertical: vertical_stated }
+        StatedUnits {
+            speed: stated,
+            course: course_stated,
+            vertical: vertical_stated,
+            ..StatedUnits::default()
+        }
     }
 
     fn named_speed_unit(&self, column: usize) -> Option<SpeedUnit> {
@@ -158,6 +162,8 @@ impl Reader<'_> {
             "kn" => SpeedUnit::Knots,
             "mph" => SpeedUnit::MilesPerHour,
             "m/s" => SpeedUnit::MetresPerSecond,
+            "ft/s" => SpeedUnit::FeetPerSecond,
+            "ft/min" => SpeedUnit::FeetPerMinute,
             _ => return None,
         })
     }

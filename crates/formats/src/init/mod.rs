@@ -19,6 +19,7 @@ mod together;
 mod travel;
 mod turn;
 mod unit_names;
+mod units;
 mod unknown_places;
 mod unnamed;
 mod words;
@@ -26,9 +27,10 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use crate::text::{Mapping, RateUnit, TableMapping, TimeScale, World};
+use crate::text::{Mapping, TableMapping, TimeScale, TimeUnit, World};
 use columns::Understood;
 use hovernav_log::{Dataset, LogError, Manifest};
+use travel::StatedUnits;
 use turn::Turn;
 
 /// The result of `hovernav init` for foreign text files.
@@ -95,20 +97,36 @@ impl Proposal {
         {
             (mapping, dataset) = (undated, met);
         }
-        let before = mapping.clone();
-        if settle_gyro_unit(&mut mapping, &dataset, &mut findings) {
-            checks.retain(|check| !check.starts_with("gyro: rates reach"));
+        let mut stated = stated_units(&understood);
+        let is_scalar_moved = attitude::settle_scalar(&mut mapping, &dataset);
+        let is_rate_found =
+            settle_rate(&mut mapping, &dataset, stated, &understood, &mut findings, &mut checks);
+        if is_scalar_moved || is_rate_found {
+            dataset = read(&mapping)?;
         }
-        let stated = understood.iter().find(|one| one.mapping.gps.is_some());
-        let stated = stated.map_or_else(travel::StatedUnits::default, |one| one.stated);
+        let before = mapping.clone();
+        if units::settle_gyro(&mut mapping, &dataset, &mut findings, &mut checks) {
+            stated.gyro = true;
+            checks.retain(|check| !check.starts_with(units::GYRO_UNSTATED));
+        }
         settle_speed_unit(&mut mapping, &dataset, stated, &mut findings, &mut checks)?;
+        stated.height = units::settle_height(&mut mapping, &dataset, stated, &mut findings);
         if mapping != before {
             dataset = read(&mapping)?;
         }
+        units::settle_vertical(&mut mapping, &mut dataset, stated, &mut findings);
+        let found = units::settle_by_filter(
+            &mut mapping,
+            &mut dataset,
+            &mut stated,
+            &mut findings,
+            &mut checks,
+        );
+        units::settle_vertical(&mut mapping, &mut dataset, stated, &mut findings);
         if let Some(gps) = mapping.table.iter().find_map(|table| table.gps.as_ref()) {
             travel::judge_climb(gps, &dataset.fixes, stated, &mut checks);
         }
-        let found = turn::found(&dataset);
+        units::settle_baro(&mut mapping, &dataset, stated, &mut findings, &mut checks);
         turn_axes(&mut mapping, &found.turn);
         findings.extend(found.findings);
         checks.extend(found.checks);
@@ -168,6 +186,55 @@ fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
         expanded.extend(found);
     }
     Ok(expanded)
+}
+
+/// Determines the rate of a counter from the speed of the receiver in the same file and the distances between its
+/// positions. Returns whether it does.
+fn settle_rate(
+    mapping: &mut Mapping,
+    dataset: &Dataset,
+    stated: StatedUnits,
+    understood: &[Understood],
+    findings: &mut Vec<String>,
+    checks: &mut Vec<String>,
+) -> bool {
+    let travelled = travel::travel(&dataset.fixes);
+    let Some(travelled) = travelled.filter(|one| one.cosine >= travel::DECISIVE_COSINE) else {
+        return false;
+    };
+    let mut tables = mapping.table.iter_mut().zip(understood);
+    let Some((table, one)) = tables.find(|(table, _)| table.gps.is_some()) else { return false };
+    let Some(assumed_hz) = one.count_hz else { return false };
+    // Three significant digits: positions scatter.
+    let rate_hz = assumed_hz / travelled.ratio;
+    let digits = 10f64.powf(2.0 - rate_hz.log10().floor());
+    let rate_hz = (rate_hz * digits).round() / digits;
+    (table.time.unit, table.time.rate_hz) = (TimeUnit::Count, Some(rate_hz));
+    checks.retain(|check| !check.starts_with(time::COUNTED));
+    let column = &table.time.column;
+    findings.push(format!(
+        "the speeds agree with the distances between the fixes if {column} counts at {rate_hz} Hz"
+    ));
+    if !stated.speed {
+        checks.push(format!(
+            "time: the rate of {column} is from speeds in m/s, a unit that no name states: check rate_hz \
+             under [table.time]"
+        ));
+    }
+    true
+}
+
+/// The stated units of all sensors, each from the file that has the sensor.
+fn stated_units(understood: &[Understood]) -> StatedUnits {
+    let of = |has: fn(&TableMapping) -> bool| {
+        let one = understood.iter().find(|one| has(&one.mapping));
+        one.map_or_else(StatedUnits::default, |one| one.stated)
+    };
+    StatedUnits {
+        baro: of(|table| table.baro.is_some()).baro,
+        gyro: of(|table| table.gyro.is_some()).gyro,
+        ..of(|table| table.gps.is_some())
+    }
 }
 
 fn read(mapping: &Mapping) -> Result<Dataset, LogError> {
@@ -246,40 +313,12 @@ fn add_gravity(understood: &mut [Understood]) {
     }
 }
 
-/// Changes the gyro's unit if the gyro's angles agree with those of the attitude only then. Returns whether the
-/// attitude determines the unit.
-fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec<String>) -> bool {
-    let steps = together::steps(&dataset.imu, crate::text::Axes::FORWARD_RIGHT_DOWN);
-    let Some(ratio) = together::attitude_ratio(&steps) else { return false };
-    let Some(gyro) = mapping.table.iter_mut().find_map(|table| table.gyro.as_mut()) else {
-        return false;
-    };
-    let degrees = std::f64::consts::PI / 180.0;
-    let near = |expected: f64| (0.5..2.0).contains(&(ratio / expected));
-    if near(1.0) {
-        return true;
-    }
-    let unit = match gyro.unit {
-        RateUnit::RadiansPerSecond if near(degrees) => RateUnit::DegreesPerSecond,
-        RateUnit::DegreesPerSecond if near(1.0 / degrees) => RateUnit::RadiansPerSecond,
-        RateUnit::Radians if near(degrees) => RateUnit::Degrees,
-        RateUnit::Degrees if near(1.0 / degrees) => RateUnit::Radians,
-        _ => return false,
-    };
-    gyro.unit = unit;
-    findings.push(format!(
-        "the gyro's angles agree with the attitude's if the gyro is in {}",
-        unit.name()
-    ));
-    true
-}
-
 /// Determines the units of the receiver's speed and course from its positions, if `stated` says that neither name nor
 /// format states them.
 fn settle_speed_unit(
     mapping: &mut Mapping,
     dataset: &Dataset,
-    stated: travel::StatedUnits,
+    stated: StatedUnits,
     findings: &mut Vec<String>,
     checks: &mut Vec<String>,
 ) -> Result<(), LogError> {

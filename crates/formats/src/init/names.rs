@@ -125,7 +125,7 @@ fn scalar(name: &str) -> Option<Quantity> {
     Some(match name {
         "t" | "ts" | "sec" | "secs" | "seconds" | "millis" | "micros" | "ms" | "us" | "ns"
         | "stamp" | "tow" | "itow" | "sow" | "elapsed" | "elapsedtime" | "datetime" | "utc"
-        | "utctime" | "hms" | "hhmmss" | "clock" => Q::Time,
+        | "utctime" | "hms" | "hhmmss" | "clock" | "epoch" | "mjd" => Q::Time,
         "date" | "utcdate" | "ddmmyy" => Q::Date,
         "week" | "wk" | "wn" | "gwk" | "weekno" | "weeknumber" => Q::Week,
         "p" | "rollrate" | "rollspeed" => Q::Gyro(0),
@@ -145,7 +145,7 @@ fn scalar(name: &str) -> Option<Quantity> {
         "vd" | "veld" | "velnedd" | "vdown" | "veldown" | "downvelocity" | "velocitydown"
         | "velocityd" => Q::Velocity(2),
         "vu" | "velu" | "vup" | "velup" | "upvelocity" | "velocityup" | "climb" | "climbrate"
-        | "verticalspeed" => Q::Up,
+        | "verticalspeed" | "vertspeed" | "vspeed" | "vspd" => Q::Up,
         "speed" | "gspeed" | "groundspeed" | "gndspd" | "sog" | "spd" | "vel" | "velocity" => {
             Q::Speed
         }

@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::axis_names::quaternion;
+use super::words::words;
+
 /// Sensors of phone loggers, whose columns are called x, y and z: parts of the file's name, and the sensor.
 const OF_FILES: [(&str, Option<&str>); 7] = [
     // A linear acceleration lacks gravity, so it is no specific force.
@@ -55,11 +58,17 @@ fn sensor_of(file: &str) -> Option<&'static str> {
     OF_FILES.iter().find(|(part, _)| name.contains(part)).and_then(|(_, sensor)| *sensor)
 }
 
-/// A name that ends in a number, and the number: `gyroADC[0]`, `gyro_1`.
+/// A name that ends in a number, and the number: `gyroADC[0]`, `gyro_1`. Names of quaternions may lack a separator:
+/// `q1`, `Quat4`.
 fn indexed(name: &str) -> Option<(String, usize)> {
-    let (stem, index) = match name.trim().strip_suffix([']', ')']) {
+    let name = name.trim();
+    let (stem, index) = match name.strip_suffix([']', ')']) {
         Some(inside) => inside.rsplit_once(['[', '('])?,
-        None => name.trim().rsplit_once('_')?,
+        None => name.rsplit_once('_').filter(|(_, index)| index.len() == 1).or_else(|| {
+            let (stem, index) = name.split_at_checked(name.len().checked_sub(1)?)?;
+            let scalar = words(stem).concat() + "w";
+            quaternion(&scalar).map(|_| (stem, index))
+        })?,
     };
     let index = index.trim().parse().ok().filter(|index| *index < 10)?;
     (!stem.is_empty()).then(|| (stem.to_owned(), index))
@@ -90,6 +99,7 @@ mod tests {
             ),
             (["acc_1", "acc_2", "acc_3"], "log.csv", ["acc x", "acc y", "acc z"]),
             (["acc_1", "acc_2", "t_3"], "log.csv", ["acc_1", "acc_2", "t_3"]),
+            (["ch1", "ch2", "ch3"], "log.csv", ["ch1", "ch2", "ch3"]),
             (["z", "y (m/s^2)", "t"], "Accelerometer.csv", ["accel z", "accel y (m/s^2)", "t"]),
             (["x", "y", "z"], "Linear Accelerometer.csv", ["x", "y", "z"]),
             (
@@ -100,6 +110,11 @@ mod tests {
         ] {
             let names = names.map(str::to_owned);
             assert_eq!(lettered(&names, file), expected, "{names:?}");
+        }
+        for stem in ["q", "Quat", "Quaternion ", "att_q"] {
+            let names = [1, 2, 3, 4].map(|number| format!("{stem}{number}"));
+            let expected = ["w", "x", "y", "z"].map(|letter| format!("{stem} {letter}"));
+            assert_eq!(lettered(&names, "log.csv"), expected, "{names:?}");
         }
     }
 }

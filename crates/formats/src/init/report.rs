@@ -74,7 +74,9 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
                 "" => String::new(),
                 _ => format!(", {}", gps.course_unit.name()),
             };
-            line("", &velocity, format!("{}{course}", gps.speed_unit.name()));
+            let vertical =
+                gps.vertical_unit.map_or_else(String::new, |unit| format!(", {}", unit.name()));
+            line("", &velocity, format!("{}{course}{vertical}", gps.speed_unit.name()));
         }
         let GpsColumns { sigma_horizontal, sigma_vertical, sigma_north, .. } = gps;
         let position = [sigma_north, &gps.sigma_east, &gps.sigma_down];

@@ -6,8 +6,8 @@ use super::look::median;
 use crate::text::{CourseUnit, GpsColumns, SpeedUnit};
 use hovernav::gps::Fix;
 
-/// Largest ratio of the two distances, or of its inverse, at which a unit fits. Units differ by at least 15 % (knots
-/// and miles per hour), and positions scatter.
+/// Largest ratio of the two distances, or of its inverse, at which a unit fits. Units differ by at least 10 % (feet per
+/// second and km/h), and positions scatter.
 const UNIT_TOLERANCE: f64 = 1.07;
 /// Ratio of speed to displacement, or its inverse, above which a warning is given.
 const SPEED_TOLERANCE: f64 = 1.1;
@@ -21,13 +21,15 @@ pub(super) const DECISIVE_COSINE: f64 = 0.9;
 /// Number of legs needed for a conclusion.
 const LEAST_LEGS: usize = 5;
 
-const SPEED_UNITS: [SpeedUnit; 6] = [
+pub(super) const SPEED_UNITS: [SpeedUnit; 8] = [
     SpeedUnit::MetresPerSecond,
     SpeedUnit::CentimetresPerSecond,
     SpeedUnit::MillimetresPerSecond,
     SpeedUnit::KilometresPerHour,
     SpeedUnit::Knots,
     SpeedUnit::MilesPerHour,
+    SpeedUnit::FeetPerSecond,
+    SpeedUnit::FeetPerMinute,
 ];
 pub(super) const COURSE_UNITS: [CourseUnit; 4] =
     [CourseUnit::Degrees, CourseUnit::Radians, CourseUnit::Centidegrees, CourseUnit::ScaledDegrees];
@@ -41,6 +43,12 @@ pub(crate) struct StatedUnits {
     pub course: bool,
     /// Whether the unit of the vertical velocity is stated.
     pub vertical: bool,
+    /// Whether the unit of the height is stated.
+    pub height: bool,
+    /// Whether the unit of the barometer is stated. That of a pressure follows from its size.
+    pub baro: bool,
+    /// Whether the unit of the gyros is stated.
+    pub gyro: bool,
 }
 
 /// Agreement of a receiver's velocity with its positions.
@@ -225,10 +233,10 @@ pub(super) fn judge_climb(
         Some(ratio) if !(0.75..1.33).contains(&ratio) => checks.push(format!(
             "gps: {column}, read as {} with the assumed sign, gives {:.2} times the change of \
              height: check its unit and sign, and the unit of the height",
-            gps.speed_unit.name(),
+            gps.vertical_unit().name(),
             1.0 / ratio
         )),
-        None if !stated.vertical && gps.speed_unit != SpeedUnit::MetresPerSecond => {
+        None if !stated.vertical && gps.vertical_unit() != SpeedUnit::MetresPerSecond => {
             checks.push(format!(
                 "gps: the unit of {column} is not stated and is assumed to be {}, as for the speed \
                  over ground",
@@ -241,7 +249,7 @@ pub(super) fn judge_climb(
 
 /// The change of height divided by the integrated vertical velocity; `None` if the vehicle climbs too little, or too
 /// unsteadily, to decide.
-fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
+pub(super) fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
     /// Shortest leg, and longest interval between consecutive fixes, s.
     const LEG_S: [f64; 2] = [5.0, 2.5];
     /// Smallest change of height that counts, m; heights scatter by metres.

@@ -147,8 +147,12 @@ impl Lines {
         self.remarked(
             "unit",
             unit,
-            "s, ms, us, ns, 0.1ms, filetime, ticks, clock, or hhmmss for a time of day as one number",
+            "s, ms, us, ns, 0.1ms, days, excel, datenum, mjd, filetime, ticks, clock, hhmmss for a time of day as one \
+             number, or count",
         );
+        if let Some(rate_hz) = &table.time.rate_hz {
+            self.remarked("rate_hz", float(rate_hz), "counts per second");
+        }
         if !table.time.date.is_empty() {
             self.key("date", quoted(&table.time.date));
         }
@@ -245,6 +249,7 @@ impl Lines {
             ("course", &gps.course),
             ("course_unit", if gps.course.is_empty() { "" } else { gps.course_unit.name() }),
             ("speed_unit", gps.speed_unit.name()),
+            ("vertical_unit", gps.vertical_unit.map_or("", |unit| unit.name())),
             ("sigma_horizontal", &gps.sigma_horizontal),
             ("sigma_vertical", &gps.sigma_vertical),
             ("sigma_north", &gps.sigma_north),

@@ -91,7 +91,8 @@ impl GpsPlaces {
             false => [latitude, longitude].map(|angle| mapping.unit.degrees(angle)),
         };
         let to_mps = mapping.speed_unit.factor();
-        let down = if mapping.down.is_empty() { -to_mps } else { to_mps };
+        let vertical_to_mps = mapping.vertical_unit().factor();
+        let down = if mapping.down.is_empty() { -vertical_to_mps } else { vertical_to_mps };
         let [first, second] = horizontal.map(unknown_as_nan);
         let [position_sigma_m, velocity_sigma_mps] = self.sigmas(fields)?;
         let fix_type = fields.fix_type(self.fix_type);

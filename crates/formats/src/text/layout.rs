@@ -76,6 +76,8 @@ pub(crate) struct Layout {
     pub names: Vec<String>,
     /// Text in each column between the names and the first row, such as units.
     pub below_names: Vec<String>,
+    /// Rate of the rows that a line above them states, as in `Update Rate: 100.0Hz`, in thousandths of a hertz.
+    pub rate_mhz: Option<u64>,
 }
 
 /// Number of lines that determine a file's layout.
@@ -176,6 +178,7 @@ impl Layout {
             header_line: 0,
             names: (1..=width).map(|number| number.to_string()).collect(),
             below_names: Vec::new(),
+            rate_mhz: head[..first].iter().find_map(|line| stated_rate_mhz(line)),
         };
         let is_open = rows.iter().all(|(.., is_open)| *is_open);
         layout.find_names(&head[..first], width, is_open);
@@ -211,6 +214,20 @@ impl Layout {
     }
 }
 
+/// The rate, 1e-3 Hz, that a line without other numbers states.
+fn stated_rate_mhz(line: &[u8]) -> Option<u64> {
+    let text = String::from_utf8_lossy(line).to_lowercase();
+    let is_rate = ["rate", "freq", "odr"].iter().any(|word| text.contains(word));
+    if !is_rate || !text.contains("hz") {
+        return None;
+    }
+    let is_part = |letter: char| letter.is_ascii_digit() || letter == '.';
+    let numbers = text.split(|letter| !is_part(letter)).filter_map(|part| part.parse::<f64>().ok());
+    let mut numbers = numbers.filter(|rate_hz| *rate_hz > 0.0);
+    let rate_hz = numbers.next().filter(|_| numbers.next().is_none())?;
+    Some((rate_hz * 1e3).round() as u64)
+}
+
 /// The names in a line, which may be a comment. RTKLIB has one name for a date and a time of day.
 pub(crate) fn header_names(line: &[u8], delimiter: Delimiter) -> Vec<String> {
     const OF_TWO: [&[u8]; 3] = [b"UTC", b"GPST", b"JST"];
@@ -218,6 +235,11 @@ pub(crate) fn header_names(line: &[u8], delimiter: Delimiter) -> Vec<String> {
     delimiter.split(without_comment(line), &mut fields);
     let mut names: Vec<String> =
         fields.iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect();
+    // A column needs a name to be found by, except behind a delimiter at the end.
+    let last = names.len().saturating_sub(1);
+    for (number, name) in names[..last].iter_mut().enumerate().filter(|(_, name)| name.is_empty()) {
+        *name = format!("column {}", number + 1);
+    }
     let is_of_two = fields.first().is_some_and(|first| OF_TWO.contains(first));
     if is_of_two && delimiter == Delimiter::Spaces && is_comment(line) {
         names.insert(0, "date".into());

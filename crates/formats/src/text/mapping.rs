@@ -81,8 +81,9 @@ pub struct TableMapping {
 pub struct TimeColumn {
     /// Column of the time; without one, rows are `1 / rate_hz` apart.
     pub column: String,
-    /// Unit of the time. `filetime` and `ticks`: 100 ns since 1601 and since the year 1. `clock`: dates and times of
-    /// day. `hhmmss`: times of day as one number, as in NMEA 0183.
+    /// Unit of the time. `filetime` and `ticks`: 100 ns since 1601 and since the year 1. `excel`, `datenum` and `mjd`:
+    /// days since 30 December 1899, since the year 0, and since 17 November 1858. `count`: numbers of samples, `rate_hz` of them in a second. `clock`: dates and times
+    /// of day. `hhmmss`: times of day as one number, as in NMEA 0183.
     pub unit: TimeUnit,
     /// Column of the date that belongs to the time of day, as ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -97,7 +98,7 @@ pub struct TimeColumn {
     /// Offset added to the time, s, to bring several files to one clock.
     #[serde(skip_serializing_if = "is_zero")]
     pub offset_s: f64,
-    /// Rate of the rows in a file without a time column, Hz.
+    /// Rate of the rows in a file without a time column, or of the counts in `column`, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
 }
@@ -186,6 +187,9 @@ pub struct GpsColumns {
     pub course_unit: CourseUnit,
     /// Unit of the velocities.
     pub speed_unit: SpeedUnit,
+    /// Unit of the vertical velocity, if it differs from `speed_unit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertical_unit: Option<SpeedUnit>,
     /// Columns of the one-sigma of horizontal and vertical position.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_horizontal: String,
@@ -325,6 +329,13 @@ impl From<Axes> for [String; 3] {
 
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
+}
+
+impl GpsColumns {
+    /// Unit of the vertical velocity.
+    pub fn vertical_unit(&self) -> SpeedUnit {
+        self.vertical_unit.unwrap_or(self.speed_unit)
+    }
 }
 
 impl Mapping {

@@ -1,8 +1,9 @@
 //! Reads the sensors of one file, row by row.
 
 use super::columns::{Fields, Source};
+use super::decimal::TimeUnit;
 use super::gps::GpsPlaces;
-use super::mapping::{AttitudeColumns, TableMapping, Triad};
+use super::mapping::{AttitudeColumns, TableMapping, TimeColumn, Triad};
 use super::units::{AttitudeRole, BaroUnit, ForceUnit, MagneticUnit, RateUnit, StickUnit, World};
 use crate::axes;
 use crate::utc::WEEK_S;
@@ -94,11 +95,12 @@ impl TableColumns {
     fn contradiction(&self) -> Option<String> {
         let rates = self.mapping.gyro.as_ref().map(|gyro| gyro.unit.is_increment());
         let forces = self.mapping.accel.as_ref().map(|accel| accel.unit.is_increment());
-        let rate_hz = self.mapping.time.rate_hz;
-        if self.time.is_none() && !rate_hz.is_some_and(|rate| rate > 0.0 && rate.is_finite()) {
+        let TimeColumn { unit, rate_hz, .. } = self.mapping.time;
+        let is_counted = self.time.is_none() || unit == TimeUnit::Count;
+        if is_counted && !rate_hz.is_some_and(|rate| rate > 0.0 && rate.is_finite()) {
             return Some(
                 "found no time, expected `column` or a positive `rate_hz` under \
-                         [table.time]"
+                         [table.time]; a `column` of counts needs both"
                     .into(),
             );
         }
@@ -202,7 +204,7 @@ impl TableColumns {
                 angles.and_then(|angles| euler(columns, angles)).map(Rotation::from_euler)
             }
             [w, x, y, z] => {
-                let quaternion = fields.known_all([w, x, y, z])?;
+                let quaternion = fields.known_all([w, x, y, z])?.map(normalised);
                 quaternion.and_then(|quaternion| match columns.world {
                     World::Ned => axes::attitude_frd_ned(quaternion),
                     World::Enu => axes::attitude_flu_enu(quaternion),
@@ -308,6 +310,12 @@ fn attitude_places(source: &Source, columns: &AttitudeColumns) -> Result<Vec<usi
         }
     };
     names.iter().map(|name| source.find(name)).collect()
+}
+
+/// The quaternion with length 1, whatever the scale of the file; NaN for one of length 0.
+fn normalised(quaternion: [f64; 4]) -> [f64; 4] {
+    let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
+    quaternion.map(|part| part / length)
 }
 
 /// Roll, pitch and yaw with hovernav's signs; `None` if the angles are impossible.

@@ -30,15 +30,26 @@ const CAUSES: [(std::ops::Range<f64>, &str, &str); 7] = [
 ];
 const PRESSURE: &str = "name the column pressure_pa, in Pa";
 
-pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
+/// Change of the fixes' heights divided by that of the barometer's heights: 1 if their units agree. `None` if the
+/// vehicle climbs too little to decide, or if the two are not proportional.
+#[must_use]
+pub fn barometer_scale(dataset: &Dataset) -> Option<f64> {
+    scale(dataset).map(|found| found.scale)
+}
+
+fn scale(dataset: &Dataset) -> Option<Scale> {
     let changes = changes(dataset);
     let squares: f64 = changes.iter().map(|(_, fixes)| fixes * fixes).sum();
     if changes.len() < LEAST_COUNT || (squares / changes.len() as f64).sqrt() < LEAST_M {
-        return;
+        return None;
     }
     // The barometer is the independent variable of the regression, because it scatters less.
-    let Some(Scale { scale, sigma, explained }) = Scale::of(&changes) else { return };
-    if explained < EXPLAINED || (scale - 1.0).abs() < SIGMAS * sigma {
+    Scale::of(&changes).filter(|found| found.explained >= EXPLAINED)
+}
+
+pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
+    let Some(Scale { scale, sigma, .. }) = scale(dataset) else { return };
+    if (scale - 1.0).abs() < SIGMAS * sigma {
         return;
     }
     let Some((_, cause, mend)) = CAUSES.iter().find(|(range, ..)| range.contains(&scale)) else {
