@@ -17,8 +17,8 @@ use super::unnamed;
 use crate::format::Format;
 use crate::recognise::{format_of, head_of};
 use crate::text::{
-    Axes, ForceUnit, GpsColumns, MagneticUnit, RateUnit, StickColumns, StickUnit, TableMapping,
-    Triad,
+    Axes, ForceUnit, GpsColumns, MagneticUnit, RateUnit, SpeedUnit, StickColumns, StickUnit,
+    TableMapping, Triad, VelocityColumns, World,
 };
 use hovernav_log::LogError;
 
@@ -65,6 +65,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     let mut known = Known { meanings };
     known.prefer_measured(&look, &names);
     known.add_down_of_ardupilot(&names);
+    let one_receiver = known.keep_one_receiver(&look.layout.names);
     let instance = instance::found(&look, &known);
     if let Some((column, number)) = instance {
         look.keep_rows_of(column, f64::from(number));
@@ -81,6 +82,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         ..TableMapping::default()
     };
     let mut checks = repeated(&look.layout.names);
+    checks.extend(one_receiver);
     if let Some(number) = table.instance {
         checks.push(format!(
             "{name} has rows of several sensors: those with {} = {number} are read; for others \
@@ -109,6 +111,9 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     let stated =
         StatedUnits { gyro: is_gyro_stated, baro: is_baro_stated.unwrap_or(true), ..stated };
     table.controls = reader.controls();
+    if table.gps.is_none() && table.gyro.is_none() {
+        table.velocity = reader.twist();
+    }
     let has_motion =
         [table.gyro.is_some(), table.accel.is_some(), table.gravity.is_some()].contains(&true);
     table.time = reader.time(has_motion, &mut checks).ok_or_else(|| LogError::Unusable {
@@ -286,6 +291,18 @@ impl Reader<'_> {
             return None;
         }
         Some(self.triad(columns, unit, true))
+    }
+
+    /// The columns of a velocity in a file without positions, as ROS exports `TwistStamped`; not those of a command.
+    fn twist(&mut self) -> Option<VelocityColumns> {
+        const COMMANDS: [&str; 3] = ["cmd", "setpoint", "target"];
+        let file = self.file.to_lowercase();
+        let columns = self.known.all([0, 1, 2].map(Quantity::Twist))?;
+        if COMMANDS.iter().any(|part| file.contains(part)) {
+            return None;
+        }
+        let columns = columns.map(|column| self.name(column));
+        Some(VelocityColumns { columns, unit: SpeedUnit::MetresPerSecond, world: World::Enu })
     }
 
     fn controls(&mut self) -> Option<StickColumns> {

@@ -1,9 +1,10 @@
 //! The columns of a receiver.
 
 use super::columns::Reader;
+use super::known::device_of;
 use super::quantity::Quantity;
 use super::travel::StatedUnits;
-use crate::text::{CourseUnit, GpsColumns, LengthUnit, PlaceUnit, SpeedUnit};
+use crate::text::{CourseUnit, GpsColumns, HeightAbove, LengthUnit, PlaceUnit, SpeedUnit};
 
 /// A full turn, rad, plus a margin for rounding.
 const TURN_RAD_MOST: f64 = std::f64::consts::TAU + 1e-3;
@@ -31,6 +32,25 @@ impl Reader<'_> {
             _ => Written::Plain,
         };
         let height_unit = self.height_unit(height, written, checks);
+        let sources = [lat, height].map(|column| device_of(&self.look.layout.names[column]));
+        if let [Some(of_place), Some(of_height)] = sources
+            && of_place != of_height
+        {
+            checks.push(format!(
+                "gps: the position is that of {of_place}, but the height that of {of_height}, because \
+                 {of_place} has none"
+            ));
+        }
+        // A receiver that states the height of the geoid states heights above it, unless their name says otherwise.
+        let undulation = self.known.column(Quantity::Undulation);
+        let undulation = undulation.filter(|_| above != Some(HeightAbove::Ellipsoid));
+        let above = if undulation.is_some() { Some(HeightAbove::Sea) } else { above };
+        if let Some(undulation) = undulation {
+            checks.push(format!(
+                "gps: {} is read as above the sea, and {} is added to it, for the height above the ellipsoid",
+                self.look.layout.names[height], self.look.layout.names[undulation]
+            ));
+        }
         if above.is_none() {
             checks.push(
                 "gps: the height is read as above the ellipsoid; if it is above sea level, set \
@@ -48,6 +68,7 @@ impl Reader<'_> {
             height: self.name(height),
             height_unit,
             height_above: above.unwrap_or_default(),
+            geoid_separation: undulation.map_or_else(String::new, |column| self.name(column)),
             held,
             ..GpsColumns::default()
         };

@@ -66,7 +66,7 @@ impl Proposal {
         }
         understood.sort_by_key(|one| one.is_without_gravity);
         keep_the_first(&mut understood, &mut checks);
-        add_gravity(&mut understood);
+        let mut findings = Vec::from_iter(add_gravity(&mut understood));
         let has_any = understood.iter().any(|one| {
             let table = &one.mapping;
             table.gyro.is_some() || table.accel.is_some() || table.gps.is_some()
@@ -90,8 +90,10 @@ impl Proposal {
         checks.extend(understood.iter().flat_map(|one| one.checks.iter().cloned()));
         let tables = understood.iter().map(|one| one.mapping.clone()).collect();
         let mut mapping = Mapping { table: tables };
-        let mut findings = Vec::new();
         let mut dataset = read(&mapping)?;
+        if judge_velocity(&mut mapping, &dataset, &mut checks) {
+            dataset = read(&mapping)?;
+        }
         if report::are_apart(&dataset)
             && let Some((undated, met)) = without_dates(&mapping, &mut findings)?
         {
@@ -186,6 +188,33 @@ fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
         expanded.extend(found);
     }
     Ok(expanded)
+}
+
+/// Removes the velocities of a file without positions if the positions do not move along them: those of a filter in the
+/// vehicle's axes, for example. Returns whether it removes them.
+fn judge_velocity(mapping: &mut Mapping, dataset: &Dataset, checks: &mut Vec<String>) -> bool {
+    let gps = mapping.table.iter().find_map(|table| table.gps.as_ref());
+    let is_needed = gps.is_some_and(|gps| gps.north.is_empty() && gps.speed.is_empty());
+    let Some(table) = mapping.table.iter_mut().find(|table| table.velocity.is_some()) else {
+        return false;
+    };
+    if !is_needed {
+        table.velocity = None;
+        return false;
+    }
+    let file = table.file.display();
+    let is_other =
+        travel::travel(&dataset.fixes).is_some_and(|travel| travel.cosine < travel::LEAST_COSINE);
+    checks.push(match is_other {
+        true => format!("the velocity of {file} is ignored: the positions do not move along it"),
+        false => format!(
+            "the velocity of {file} is read as east, north and up, and as that of the fixes"
+        ),
+    });
+    if is_other {
+        table.velocity = None;
+    }
+    is_other
 }
 
 /// Determines the rate of a counter from the speed of the receiver in the same file and the distances between its
@@ -294,23 +323,29 @@ fn keep_the_first(understood: &mut [Understood], checks: &mut Vec<String>) {
     }
 }
 
-/// Keeps columns of gravity only if the accelerometer is in another file and does not measure gravity. Then both have
-/// one unit.
-fn add_gravity(understood: &mut [Understood]) {
+/// Keeps columns of gravity only if the accelerometer does not measure gravity. Then both have one unit, and a sentence
+/// reports the sum.
+fn add_gravity(understood: &mut [Understood]) -> Option<String> {
     let linear = understood.iter().position(|one| one.mapping.accel.is_some());
     let linear = linear.filter(|at| understood[*at].is_without_gravity);
     let gravity = understood.iter().position(|one| one.mapping.gravity.is_some());
     for (at, one) in understood.iter_mut().enumerate() {
-        let is_needed = Some(at) == gravity && linear.is_some_and(|linear| linear != at);
+        let is_needed = Some(at) == gravity && linear.is_some();
         one.mapping.gravity = one.mapping.gravity.take().filter(|_| is_needed);
     }
-    let unit = gravity.and_then(|at| Some(understood[at].mapping.gravity.as_ref()?.unit));
-    if let (Some(unit), Some(one)) = (unit, linear.and_then(|at| understood.get_mut(at))) {
-        one.checks.retain(|check| !check.starts_with("accel: found a median"));
-        if let Some(accel) = &mut one.mapping.accel {
-            accel.unit = unit;
-        }
-    }
+    let TableMapping { gravity, file, .. } = understood[gravity?].mapping.clone();
+    let gravity = gravity?;
+    let one = &mut understood[linear?];
+    one.checks.retain(|check| !check.starts_with("accel: found a median"));
+    let accel = one.mapping.accel.as_mut()?;
+    accel.unit = gravity.unit;
+    Some(format!(
+        "{} of {} is without gravity: {} of {} is added, and the sum is the specific force",
+        accel.columns.join(" "),
+        one.mapping.file.display(),
+        gravity.columns.join(" "),
+        file.display()
+    ))
 }
 
 /// Determines the units of the receiver's speed and course from its positions, if `stated` says that neither name nor

@@ -157,6 +157,7 @@ fn scalar(name: &str) -> Option<Quantity> {
         "sigmavv" => Q::SigmaVerticalSpeed,
         "fix" | "fixtype" | "fixstatus" | "fixvalid" | "valid" => Q::FixType,
         "numsv" | "nsv" => Q::Satellites,
+        _ if has(&["undulation", "geoidsep", "geoidheight", "geoidalsep"]) => Q::Undulation,
         _ if has(&["accuracy"]) => return None,
         _ if name.starts_with("time")
             || ["time", "timestamp", "timefine"].iter().any(|end| name.ends_with(end)) =>
@@ -245,6 +246,8 @@ mod tests {
             ("lat_std [m]", Q::SigmaPosition(0), Some("m")),
             ("sigma_vd_mps", Q::SigmaVelocity(2), Some("m/s")),
             ("numSV", Q::Satellites, None),
+            ("undulation (m)", Q::Undulation, Some("m")),
+            ("geoidal_separation", Q::Undulation, None),
             ("VALID", Q::FixType, None),
             ("gps_valid", Q::FixType, None),
             ("baro_alt_m", Q::BaroHeight, Some("m")),
@@ -274,6 +277,8 @@ mod tests {
             ("field.latitude", Q::Latitude),
             ("/gps/fix/longitude", Q::Longitude),
             ("/mavros/imu/data/angular_velocity/y", Q::Gyro(1)),
+            ("field.twist.linear.x", Q::Twist(0)),
+            ("twist.twist.linear.z", Q::Twist(2)),
             ("GNSS1::PosLla::altitude [m]", Q::Height(None)),
             ("GNSS1::VelNed::N [m/s]", Q::Velocity(0)),
             ("IMU::UncompAccel::X [m/s^2]", Q::Accel(0)),

@@ -6,15 +6,14 @@ use super::axis_names::quaternion;
 use super::words::words;
 
 /// Sensors of phone loggers, whose columns are called x, y and z: parts of the file's name, and the sensor.
-const OF_FILES: [(&str, Option<&str>); 7] = [
-    // A linear acceleration lacks gravity, so it is no specific force.
-    ("linear", None),
-    ("gravity", Some("gravity")),
-    ("gyro", Some("gyro")),
-    ("magnet", Some("mag")),
-    ("accel", Some("accel")),
-    ("rotationrate", Some("gyro")),
-    ("compass", Some("mag")),
+const OF_FILES: [(&str, &str); 7] = [
+    ("linear", "linear accel"),
+    ("gravity", "gravity"),
+    ("gyro", "gyro"),
+    ("magnet", "mag"),
+    ("accel", "accel"),
+    ("rotationrate", "gyro"),
+    ("compass", "mag"),
 ];
 
 /// The `names` of a file called `file`, with letters instead of numbers. `gyroADC[0]` and `gyro_1` become axis x, `x`
@@ -55,7 +54,7 @@ pub(super) fn lettered(names: &[String], file: &str) -> Vec<String> {
 /// The sensor of a phone that the name of the file denotes, if any.
 fn sensor_of(file: &str) -> Option<&'static str> {
     let name: String = file.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
-    OF_FILES.iter().find(|(part, _)| name.contains(part)).and_then(|(_, sensor)| *sensor)
+    OF_FILES.iter().find(|(part, _)| name.contains(part)).map(|(_, sensor)| *sensor)
 }
 
 /// A name that ends in a number, and the number: `gyroADC[0]`, `gyro_1`. Names of quaternions may lack a separator:
@@ -101,7 +100,11 @@ mod tests {
             (["acc_1", "acc_2", "t_3"], "log.csv", ["acc_1", "acc_2", "t_3"]),
             (["ch1", "ch2", "ch3"], "log.csv", ["ch1", "ch2", "ch3"]),
             (["z", "y (m/s^2)", "t"], "Accelerometer.csv", ["accel z", "accel y (m/s^2)", "t"]),
-            (["x", "y", "z"], "Linear Accelerometer.csv", ["x", "y", "z"]),
+            (
+                ["x", "y", "z"],
+                "Linear Accelerometer.csv",
+                ["linear accel x", "linear accel y", "linear accel z"],
+            ),
             (
                 ["IMU_ATTI(0):accel:X", "time(s)", "GPS[0].Lat"],
                 "log.csv",

@@ -92,6 +92,10 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
             line("", &velocity, format!("{}, one-sigma", unit.name()));
         }
     }
+    if let Some(velocity) = &table.velocity {
+        let rest = format!("{}, {}, of the fixes", velocity.unit.name(), velocity.world.name());
+        line("velocity", &velocity.columns.join(" "), rest);
+    }
     if let Some(baro) = &table.baro {
         line("baro", &baro.column, format!("{}{}", baro.unit.name(), held(baro.held)));
     }

@@ -14,7 +14,7 @@ const SPEED_TOLERANCE: f64 = 1.1;
 /// [`SPEED_TOLERANCE`] for directions that disagree because the positions scatter.
 const SPEED_TOLERANCE_SCATTERED: f64 = 1.5;
 /// Cosine of the angle between velocity and displacement below which they are inconsistent.
-const LEAST_COSINE: f64 = 0.7;
+pub(super) const LEAST_COSINE: f64 = 0.7;
 /// Cosine above which velocity and displacement determine a unit. It is lower if the positions scatter by half the
 /// vehicle's movement.
 pub(super) const DECISIVE_COSINE: f64 = 0.9;

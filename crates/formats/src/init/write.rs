@@ -189,6 +189,12 @@ impl Lines {
         if let Some(gps) = &table.gps {
             self.gps(gps);
         }
+        if let Some(velocity) = &table.velocity {
+            self.part("velocity");
+            self.remarked("columns", list(&velocity.columns), "of the fixes of another file");
+            self.key("unit", quoted(velocity.unit.name()));
+            self.remarked("world", quoted(velocity.world.name()), "ned or enu");
+        }
         if let Some(baro) = &table.baro {
             self.part("baro");
             self.key("column", quoted(&baro.column));
@@ -241,6 +247,7 @@ impl Lines {
             ("height", &gps.height),
             ("height_unit", gps.height_unit.name()),
             ("height_above", gps.height_above.name()),
+            ("geoid_separation", &gps.geoid_separation),
             ("north", &gps.north),
             ("east", &gps.east),
             ("down", &gps.down),

@@ -103,7 +103,11 @@ impl Source {
 
     /// The indices of a triad's columns.
     pub fn find_triad<U>(&self, triad: &Triad<U>) -> Result<[usize; 3], LogError> {
-        let [x, y, z] = &triad.columns;
+        self.find_three(&triad.columns)
+    }
+
+    /// The indices of three columns.
+    pub fn find_three(&self, [x, y, z]: &[String; 3]) -> Result<[usize; 3], LogError> {
         Ok([self.find(x)?, self.find(y)?, self.find(z)?])
     }
 

@@ -55,7 +55,7 @@ pub struct TableMapping {
     /// Specific force, or increments of velocity since the row before.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accel: Option<Triad<ForceUnit>>,
-    /// Gravity as specific force, added to the linear acceleration of another file.
+    /// Gravity as specific force, added to a linear acceleration, of the same or of another file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity: Option<Triad<ForceUnit>>,
     /// Magnetic field.
@@ -67,6 +67,9 @@ pub struct TableMapping {
     /// Fixes of a receiver.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gps: Option<GpsColumns>,
+    /// Velocity of the fixes of another file, such as `TwistStamped` of ROS.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<VelocityColumns>,
     /// Barometer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baro: Option<BaroColumn>,
@@ -165,6 +168,10 @@ pub struct GpsColumns {
     pub height_above: HeightAbove,
     /// Height of the geoid above the ellipsoid, m, added to a height above sea level.
     pub geoid_separation_m: f64,
+    /// Column of the height of the geoid above the ellipsoid, in the unit of the height, instead of
+    /// `geoid_separation_m`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub geoid_separation: String,
     /// Columns of the velocity north, east and down.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub north: String,
@@ -238,6 +245,18 @@ pub struct GpsColumns {
     pub unknown: Vec<f64>,
     /// Whether rows repeat the last fix until there is a new one.
     pub held: bool,
+}
+
+/// `[table.velocity]`: assigned to the nearest fix.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct VelocityColumns {
+    /// Columns of the velocity along the axes of `world`.
+    pub columns: [String; 3],
+    /// Unit of the velocity.
+    pub unit: SpeedUnit,
+    /// Navigation axes: `ned` or `enu`.
+    pub world: World,
 }
 
 /// `[table.baro]`.

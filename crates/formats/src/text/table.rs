@@ -29,6 +29,7 @@ pub(crate) struct TableColumns {
     mag: Option<[usize; 3]>,
     attitude: Option<Vec<usize>>,
     gps: Option<GpsPlaces>,
+    velocity: Option<[usize; 3]>,
     baro: Option<usize>,
     controls: Option<[usize; 4]>,
     /// Last values of sensors whose value repeats on several rows.
@@ -78,6 +79,11 @@ impl TableColumns {
             mag: table.mag.as_ref().map(|t| source.find_triad(t)).transpose()?,
             attitude: attitude.transpose()?,
             gps: table.gps.as_ref().map(|g| GpsPlaces::of(source, g, latency_s)).transpose()?,
+            velocity: table
+                .velocity
+                .as_ref()
+                .map(|velocity| source.find_three(&velocity.columns))
+                .transpose()?,
             baro: table.baro.as_ref().map(|b| source.find(&b.column)).transpose()?,
             controls: controls.transpose()?,
             mapping: table.clone(),
@@ -139,7 +145,11 @@ impl TableColumns {
 
     pub fn motion(&mut self, fields: &Fields<'_>) -> Result<Motions, LogError> {
         let gyro = triad(fields, self.gyro, self.mapping.gyro.as_ref(), RateUnit::factor)?;
-        let accel = triad(fields, self.accel, self.mapping.accel.as_ref(), ForceUnit::factor)?;
+        let mut accel = triad(fields, self.accel, self.mapping.accel.as_ref(), ForceUnit::factor)?;
+        if self.gravity.is_some() && accel.is_some() {
+            let gravity = self.gravity_of(fields)?;
+            accel = accel.zip(gravity).map(|(a, g)| [0, 1, 2].map(|axis| a[axis] + g[axis]));
+        }
         let held = self.mapping.gyro.as_ref().is_some_and(|gyro| gyro.held)
             || self.mapping.accel.as_ref().is_some_and(|accel| accel.held);
         let now = gyro.or(accel);
@@ -162,8 +172,12 @@ impl TableColumns {
         })
     }
 
-    /// Gravity in a row, m/s².
+    /// Gravity in a row, m/s², for the linear acceleration of another file.
     pub fn gravity(&self, fields: &Fields<'_>) -> Result<Option<[f64; 3]>, LogError> {
+        if self.accel.is_some() { Ok(None) } else { self.gravity_of(fields) }
+    }
+
+    fn gravity_of(&self, fields: &Fields<'_>) -> Result<Option<[f64; 3]>, LogError> {
         triad(fields, self.gravity, self.mapping.gravity.as_ref(), ForceUnit::factor)
     }
 
@@ -224,6 +238,19 @@ impl TableColumns {
             Some(gps) => gps.fix(time, fields),
             None => Ok(None),
         }
+    }
+
+    /// The velocity in a row north, east and down, m/s, for the fixes of another file.
+    pub fn velocity(&self, fields: &Fields<'_>) -> Result<Option<[f64; 3]>, LogError> {
+        let Some((mapping, columns)) = self.mapping.velocity.as_ref().zip(self.velocity) else {
+            return Ok(None);
+        };
+        let Some(values) = fields.known_all(columns)? else { return Ok(None) };
+        let [x, y, z] = values.map(|value| value * mapping.unit.factor());
+        Ok(Some(match mapping.world {
+            World::Ned => [x, y, z],
+            World::Enu => [y, x, -z],
+        }))
     }
 
     pub fn height(
