@@ -40,10 +40,11 @@ impl Reader<'_> {
         let largest = self.look.largest(column);
         let unit = match self.known.unit(column) {
             Some("ft") => BaroUnit::Feet,
+            Some("cm") => BaroUnit::Centimetres,
             Some("hpa") => BaroUnit::Hectopascals,
             Some("kpa") => BaroUnit::Kilopascals,
             Some("pa") => BaroUnit::Pascals,
-            Some(unit @ ("cm" | "mm")) => {
+            Some(unit @ "mm") => {
                 checks.push(format!(
                     "{} of {} is in {unit}, expected m or ft for a barometer's height: ignored",
                     self.look.layout.names[column], self.file

@@ -178,7 +178,7 @@ impl Reader<'_> {
     fn triad<U>(&mut self, columns: [usize; 3], unit: U, with_others: bool) -> Triad<U> {
         let held = with_others && self.look.is_held(&columns);
         let columns = columns.map(|column| self.name(column));
-        Triad { columns, unit, axes: Axes::FORWARD_RIGHT_DOWN, held }
+        Triad { columns, unit, counts_per_unit: 1.0, axes: Axes::FORWARD_RIGHT_DOWN, held }
     }
 
     fn gyro(&mut self, checks: &mut Vec<String>) -> Option<Triad<RateUnit>> {
@@ -190,6 +190,16 @@ impl Reader<'_> {
                 Some("deg/s") => RateUnit::DegreesPerSecond,
                 Some("mrad/s") => RateUnit::MilliradiansPerSecond,
                 Some("mdeg/s") => RateUnit::MillidegreesPerSecond,
+                // Betaflight and its relatives.
+                None if self.look.layout.names[columns[0]].starts_with("gyroADC") => {
+                    let counts_per_unit = self.look.layout.gyro_counts_per_degps.get();
+                    checks.push(format!(
+                        "gyro: gyroADC is read as {counts_per_unit} counts per deg/s: by gyro_scale above the \
+                         names, or 1 without it"
+                    ));
+                    let triad = self.triad(columns, RateUnit::DegreesPerSecond, false);
+                    return Some(Triad { counts_per_unit, ..triad });
+                }
                 _ => {
                     let (unit, other) = match high {
                         // A rate of 7 rad/s is 400 °/s, a violent turn; 7 °/s is a calm one.
@@ -220,6 +230,16 @@ impl Reader<'_> {
     fn accel(&mut self, checks: &mut Vec<String>) -> Option<Triad<ForceUnit>> {
         if let Some(columns) = self.known.all([0, 1, 2].map(Quantity::Accel)) {
             let norm = self.look.median_norm(columns);
+            if let Some((counts_per_unit, by)) = self.counts_per_g(columns, norm) {
+                checks.push(format!(
+                    "accel: {} of {} are read as counts, {counts_per_unit} per g, by {by}; correct \
+                     counts_per_unit under [table.accel] if it is another number",
+                    columns.map(|column| self.look.layout.names[column].as_str()).join(" "),
+                    self.file
+                ));
+                let triad = self.triad(columns, ForceUnit::Gravity, false);
+                return Some(Triad { counts_per_unit, ..triad });
+            }
             let unit = match self.known.unit(columns[0]) {
                 // Gravity overrides a wrong unit in the name.
                 Some("m/s2") if !(0.8..1.2).contains(&norm) => ForceUnit::MetresPerSecondSquared,
@@ -242,6 +262,27 @@ impl Reader<'_> {
         }
         let columns = self.known.all([0, 1, 2].map(Quantity::VelocityIncrement))?;
         Some(self.triad(columns, ForceUnit::MetresPerSecond, false))
+    }
+
+    /// The counts per g of an accelerometer without a unit, and their source: `acc_1G` above the names, otherwise the
+    /// power of two that is nearest to gravity. `norm` is the median norm.
+    fn counts_per_g(&self, columns: [usize; 3], norm: f64) -> Option<(f64, &'static str)> {
+        /// Smallest power of two that is not confused with 1000 mg.
+        const LEAST: f64 = 2048.0;
+        /// Largest ratio of the norm to the power of two, or its inverse.
+        const NEAR: f64 = 1.2;
+        let is_bare =
+            columns.iter().all(|&c| self.known.unit(c).is_none() && self.look.is_whole(c));
+        if !is_bare {
+            return None;
+        }
+        let near = |counts: f64| (norm / counts).max(counts / norm) < NEAR;
+        let stated = self.look.layout.acc_counts_per_g.map(f64::from);
+        if let Some(counts) = stated.filter(|counts| near(*counts)) {
+            return Some((counts, "acc_1G of the file"));
+        }
+        let power = 2f64.powf(norm.log2().round());
+        (power >= LEAST && near(power)).then_some((power, "the size of gravity"))
     }
 
     /// The columns of gravity alone, as phones compute it, in m/s² unless the values have the size of g.

@@ -150,7 +150,7 @@ fn scalar(name: &str) -> Option<Quantity> {
             Q::Speed
         }
         "course" | "cog" | "track" | "trk" | "direction" | "crs" | "gcrs" | "headmot"
-        | "courseoverground" | "bearing" => Q::Course,
+        | "courseoverground" | "groundcourse" | "bearing" => Q::Course,
         "hacc" | "eph" | "sigmah" | "horizontalaccuracy" | "sigmahorizontal" => Q::SigmaHorizontal,
         "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "sigmavertical" => Q::SigmaVertical,
         "sacc" | "speedaccuracy" | "sigmavh" | "velacc" | "sigmaspeed" => Q::SigmaSpeed,

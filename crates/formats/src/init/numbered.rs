@@ -20,15 +20,16 @@ const OF_FILES: [(&str, &str); 7] = [
 /// in `Gyroscope.csv` becomes `gyro x`.
 pub(super) fn lettered(names: &[String], file: &str) -> Vec<String> {
     let mut by_stem: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-    let split: Vec<Option<(String, usize)>> = names.iter().map(|name| indexed(name)).collect();
-    for (stem, index) in split.iter().flatten() {
-        by_stem.entry(stem.clone()).or_default().push(*index);
+    let split: Vec<Option<Indexed<'_>>> = names.iter().map(|name| indexed(name)).collect();
+    for Indexed { stem, index, .. } in split.iter().flatten() {
+        by_stem.entry((*stem).to_owned()).or_default().push(*index);
     }
     let letters = |stem: &str, index: usize| {
         let found = by_stem.get(stem)?;
         let count = found.len();
         let first = *found.iter().min()?;
         let all: &[&str] = match count {
+            2 if stem.to_lowercase().ends_with("coord") => &["lat", "lon"],
             3 => &["x", "y", "z"],
             4 => &["w", "x", "y", "z"],
             _ => return None,
@@ -40,8 +41,8 @@ pub(super) fn lettered(names: &[String], file: &str) -> Vec<String> {
     let lettered = names.iter().zip(&split).map(|(name, split)| {
         let bare = name.split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
         match (split, sensor) {
-            (Some((stem, index)), _) => match letters(stem, *index) {
-                Some(letter) => format!("{stem} {letter}"),
+            (Some(Indexed { stem, index, unit }), _) => match letters(stem, *index) {
+                Some(letter) => format!("{stem} {letter}{unit}"),
                 None => name.clone(),
             },
             (None, Some(sensor)) if matches!(&*bare, "x" | "y" | "z") => format!("{sensor} {name}"),
@@ -57,10 +58,21 @@ fn sensor_of(file: &str) -> Option<&'static str> {
     OF_FILES.iter().find(|(part, _)| name.contains(part)).map(|(_, sensor)| *sensor)
 }
 
-/// A name that ends in a number, and the number: `gyroADC[0]`, `gyro_1`. Names of quaternions may lack a separator:
-/// `q1`, `Quat4`.
-fn indexed(name: &str) -> Option<(String, usize)> {
-    let name = name.trim();
+/// A name that ends in a number.
+struct Indexed<'a> {
+    stem: &'a str,
+    index: usize,
+    /// The unit behind the number, with its brackets.
+    unit: &'a str,
+}
+
+/// The parts of a name that ends in a number: `gyroADC[0]`, `gyroADC[0] (deg/s)`, `gyro_1`. Names of quaternions may lack
+/// a separator: `q1`, `Quat4`.
+fn indexed(name: &str) -> Option<Indexed<'_>> {
+    let unit = name.rfind([' ', ']']).map_or("", |at| &name[at..]);
+    let unit = unit.strip_prefix(']').unwrap_or(unit);
+    let unit = if unit.trim_start().starts_with(['(', '[']) { unit } else { "" };
+    let name = name[..name.len() - unit.len()].trim();
     let (stem, index) = match name.strip_suffix([']', ')']) {
         Some(inside) => inside.rsplit_once(['[', '('])?,
         None => name.rsplit_once('_').filter(|(_, index)| index.len() == 1).or_else(|| {
@@ -70,7 +82,7 @@ fn indexed(name: &str) -> Option<(String, usize)> {
         })?,
     };
     let index = index.trim().parse().ok().filter(|index| *index < 10)?;
-    (!stem.is_empty()).then(|| (stem.to_owned(), index))
+    (!stem.is_empty()).then_some(Indexed { stem, index, unit })
 }
 
 /// A name without numbers in brackets that every column of a sensor has: `IMU_ATTI(0):accel:X`, `GPS[0].Lat`.
@@ -97,6 +109,16 @@ mod tests {
                 ["gyroADC x", "gyroADC y", "gyroADC z"],
             ),
             (["acc_1", "acc_2", "acc_3"], "log.csv", ["acc x", "acc y", "acc z"]),
+            (
+                ["gyro[0] (deg/s)", "gyro[1] (deg/s)", "gyro[2] (deg/s)"],
+                "log.csv",
+                ["gyro x (deg/s)", "gyro y (deg/s)", "gyro z (deg/s)"],
+            ),
+            (
+                ["GPS_coord[0]", "GPS_coord[1]", "t"],
+                "log.csv",
+                ["GPS_coord lat", "GPS_coord lon", "t"],
+            ),
             (["acc_1", "acc_2", "t_3"], "log.csv", ["acc_1", "acc_2", "t_3"]),
             (["ch1", "ch2", "ch3"], "log.csv", ["ch1", "ch2", "ch3"]),
             (["z", "y (m/s^2)", "t"], "Accelerometer.csv", ["accel z", "accel y (m/s^2)", "t"]),

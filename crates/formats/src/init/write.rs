@@ -198,7 +198,7 @@ impl Lines {
         if let Some(baro) = &table.baro {
             self.part("baro");
             self.key("column", quoted(&baro.column));
-            self.remarked("unit", quoted(baro.unit.name()), "m, ft, Pa, hPa, kPa");
+            self.remarked("unit", quoted(baro.unit.name()), "m, ft, cm, Pa, hPa, kPa");
             self.key("held", baro.held);
         }
         if let Some(controls) = &table.controls {
@@ -215,6 +215,9 @@ impl Lines {
         let axes: [String; 3] = triad.axes.into();
         self.key("columns", list(&triad.columns));
         self.remarked("unit", quoted(unit), units);
+        if triad.counts_per_unit != 1.0 {
+            self.key("counts_per_unit", float(&triad.counts_per_unit));
+        }
         self.remarked("axes", list(&axes), "the axes that point forward, right, down");
         if triad.held {
             self.remarked("held", true, "rows repeat the last value");

@@ -78,6 +78,30 @@ pub(crate) struct Layout {
     pub below_names: Vec<String>,
     /// Rate of the rows that a line above them states, as in `Update Rate: 100.0Hz`, in thousandths of a hertz.
     pub rate_mhz: Option<u64>,
+    /// Counts of the accelerometer per g that a line above them states as `acc_1G`, as Betaflight does.
+    pub acc_counts_per_g: Option<u32>,
+    /// Counts of the gyro per degree per second, by `gyro_scale` above them.
+    pub gyro_counts_per_degps: Scale,
+}
+
+/// A positive number, by its bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Scale(u32);
+
+impl Scale {
+    const ONE: Self = Self(1f32.to_bits());
+
+    /// Counts per unit from units per count, which are hexadecimal bits of a float; 1 for other text.
+    fn of(text: &str) -> Self {
+        let bits = text.strip_prefix("0x").and_then(|bits| u32::from_str_radix(bits, 16).ok());
+        let scale = bits.map(f32::from_bits).filter(|scale| scale.is_normal() && *scale > 0.0);
+        scale.map_or(Self::ONE, |scale| Self(scale.recip().to_bits()))
+    }
+
+    /// The number.
+    pub fn get(self) -> f64 {
+        f64::from(f32::from_bits(self.0))
+    }
 }
 
 /// Number of lines that determine a file's layout.
@@ -179,6 +203,9 @@ impl Layout {
             names: (1..=width).map(|number| number.to_string()).collect(),
             below_names: Vec::new(),
             rate_mhz: head[..first].iter().find_map(|line| stated_rate_mhz(line)),
+            acc_counts_per_g: stated(&head[..first], "acc_1g").and_then(|text| text.parse().ok()),
+            gyro_counts_per_degps: stated(&head[..first], "gyro_scale")
+                .map_or(Scale::ONE, Scale::of),
         };
         let is_open = rows.iter().all(|(.., is_open)| *is_open);
         layout.find_names(&head[..first], width, is_open);
@@ -212,6 +239,16 @@ impl Layout {
             self.below_names = found.pop().map(|(_, _, names)| names).unwrap_or_default();
         }
     }
+}
+
+/// The value of `key`, in small letters, in the lines above the names: `"acc_1G","2048"`, `H acc_1G:2048`.
+fn stated<'a>(above: &'a [Vec<u8>], key: &str) -> Option<&'a str> {
+    let is_part = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '.');
+    above.iter().find_map(|line| {
+        let mut words = std::str::from_utf8(line).ok()?.split(|letter| !is_part(letter));
+        words.find(|word| word.eq_ignore_ascii_case(key))?;
+        words.find(|word| !word.is_empty())
+    })
 }
 
 /// The rate, 1e-3 Hz, that a line without other numbers states.

@@ -113,6 +113,9 @@ pub struct Triad<U> {
     pub columns: [String; 3],
     /// Unit of the values.
     pub unit: U,
+    /// Counts per unit, for values that are counts: 2048 for `acc_1G` of Betaflight with `unit = "g"`.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub counts_per_unit: f64,
     /// Sensor axes that point forward, right and down; `-` if the axis points the opposite way.
     #[serde(default)]
     pub axes: Axes,
@@ -344,6 +347,14 @@ impl From<Axes> for [String; 3] {
             format!("{}{}", if sign < 0.0 { "-" } else { "" }, ["x", "y", "z"][axis])
         })
     }
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
 }
 
 fn is_zero(value: &f64) -> bool {

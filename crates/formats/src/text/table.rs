@@ -318,7 +318,10 @@ fn triad<U: Copy>(
     factor: impl Fn(U) -> f64,
 ) -> Result<Option<[f64; 3]>, LogError> {
     match columns.zip(mapping) {
-        Some((columns, mapping)) => fields.triad(columns, factor(mapping.unit), mapping.axes),
+        Some((columns, mapping)) => {
+            let factor = factor(mapping.unit) / mapping.counts_per_unit;
+            fields.triad(columns, factor, mapping.axes)
+        }
         None => Ok(None),
     }
 }

@@ -188,6 +188,8 @@ units! {
         Metres = "m", 1.0;
         /// Feet.
         Feet = "ft", 0.3048;
+        /// Centimetres.
+        Centimetres = "cm", 1e-2;
         /// Pascals.
         Pascals = "Pa", 1.0;
         /// Hectopascals, the same as millibars.

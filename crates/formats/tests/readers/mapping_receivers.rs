@@ -96,3 +96,46 @@ fn a_twist_in_a_file_of_its_own_is_the_velocity_of_the_fixes() {
         assert_eq!(velocity, expected, "{file}: {report}\n{mapping}");
     }
 }
+
+#[test]
+fn a_blackbox_of_betaflight_is_counts() {
+    const COUNTS_PER_G: f64 = 2048.0;
+    let names = "loopIteration,time (us),baroAlt (cm),gyroADC[0],gyroADC[1],gyroADC[2],accSmooth[0],accSmooth[1],accSmooth[2]";
+    let units = names.replace("]", "] (u)").replace("gyroADC[0] (u)", "gyroADC[0] (deg/s)");
+    let units = units.replace("(u)", "");
+    for (above, counts_per_degps, counts_per_g, names) in [
+        ("", 1.0, COUNTS_PER_G, names),
+        (
+            "\"looptime\",\"125\"\n\"gyro_scale\",\"0x3f800000\"\n\"acc_1G\",\"2048\"\n",
+            1.0,
+            COUNTS_PER_G,
+            names,
+        ),
+        ("H gyro_scale:0x3d800000\nH acc_1G:512\n", 16.0, 512.0, names),
+        ("", 1.0, 4096.0, &units),
+    ] {
+        let row = |t: f64| {
+            let gyro = [2.0, -3.0, (20.0 * t.sin()).round()].map(|rate| rate * counts_per_degps);
+            let force = [0.0, 0.01, 1.0].map(|force| (force * counts_per_g).round());
+            let values = [&gyro[..], &force[..]].concat();
+            let values =
+                values.iter().map(|value| format!("{value:.0}")).collect::<Vec<_>>().join(",");
+            format!("{:.0},{:.0},{:.0},{values}", 500.0 * t, 1e6 * t, 100.0 + 10.0 * t)
+        };
+        let gps = "time (us),GPS_numSat,GPS_coord[0],GPS_coord[1],GPS_altitude";
+        let fix = |t: f64| format!("{:.0},12,{:.7},151.2,49.7", 1e6 * t, latitude_deg(t));
+        let (report, mapping, dataset) = mapped(&[
+            ("btfl.csv", format!("{above}{}", table(names, 100, row))),
+            ("btfl.gps.csv", table(gps, 5, fix)),
+        ]);
+        assert_eq!((dataset.imu.len(), dataset.fixes.len()), (6000, 300), "{report}\n{mapping}");
+        let rates = dataset.imu[100].motion.mean_rates(0.01);
+        let turn_degps = rates.angular_rate_radps.to_array().map(f64::to_degrees);
+        assert!((turn_degps[0] - 2.0).abs() < 1e-6, "{turn_degps:?} {report}\n{mapping}");
+        let force_mps2 = rates.specific_force_mps2.to_array();
+        assert!((force_mps2[2].abs() - 9.80665).abs() < 0.01, "{force_mps2:?} {report}");
+        assert!(report.contains("are read as counts"), "{report}");
+        let climbed_m = dataset.baro.last().unwrap().1 - dataset.baro[0].1;
+        assert!((climbed_m - 6.0).abs() < 0.02, "{climbed_m} {report}");
+    }
+}
