@@ -109,4 +109,4 @@ pub use truth::Truth;
 pub use verdict::Verdict;
 pub use vibration_lines::VibrationLine;
 // Readers and writers of whole files, for crates that depend only on this crate.
-pub use hovernav_toml::{WholeFile, copy_whole, open_file, write_whole};
+pub use hovernav_toml::{WholeFile, copy_whole, open_file, read_bytes, write_whole};
