@@ -42,7 +42,7 @@ impl Reader<'_> {
             return None;
         }
         let [least, most] = [0.01, 0.99].map(|part| self.norm_quantile(columns, part));
-        if !(most < MOST_SPREAD * least) {
+        if most.is_nan() || most > MOST_SPREAD * least {
             checks.push(format!(
                 "attitude of {}: the length of the quaternion changes from {least:.3} to {most:.3}, \
                  expected a constant: ignored",

@@ -9,7 +9,6 @@ use super::look::Look;
 use super::names::meaning;
 use super::numbered;
 use super::quantity::Quantity;
-use super::time::COUNTED;
 use super::travel::StatedUnits;
 use super::units::GYRO_UNSTATED;
 use super::unknown_places;
@@ -90,7 +89,13 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             table.instance_column
         ));
     }
-    let mut reader = Reader { file: name, look: &look, known: &known, used: vec![false; count] };
+    let mut reader = Reader {
+        file: name,
+        look: &look,
+        known: &known,
+        used: vec![false; count],
+        is_counted: false,
+    };
     table.gyro = reader.gyro(&mut checks);
     table.accel = reader.accel(&mut checks);
     table.gravity = reader.gravity();
@@ -124,8 +129,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             look.layout.names.join(", ").chars().take(200).collect::<String>()
         ),
     })?;
-    let is_counted = checks.iter().any(|check| check.starts_with(COUNTED));
-    let count_hz = is_counted.then(|| 1.0 / table.time.unit.seconds());
+    let count_hz = reader.is_counted.then(|| 1.0 / table.time.unit.seconds());
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
     let is_linear = known.all([0, 1, 2].map(Quantity::Accel)).is_some_and(|accel| {
@@ -161,6 +165,8 @@ pub(super) struct Reader<'a> {
     pub look: &'a Look,
     pub known: &'a Known,
     used: Vec<bool>,
+    /// Whether the time is a counter of unknown rate.
+    pub is_counted: bool,
 }
 
 impl Reader<'_> {

@@ -160,9 +160,9 @@ impl Reader<'_> {
         if let Some((column, (other, is_stated))) = vertical.zip(vertical_unit) {
             let name = self.name(column);
             if down.is_some() {
-                gps.down = name
+                gps.down = name;
             } else {
-                gps.up = name
+                gps.up = name;
             }
             gps.vertical_unit =
                 Some(other).filter(|other| is_stated && !(stated && *other == unit));

@@ -61,7 +61,8 @@ impl Reader<'_> {
         if !rises {
             self.describe_rise(column, checks);
         }
-        if let (true, None) = (is_count && has_motion, rate_hz) {
+        self.is_counted = is_count && has_motion && rate_hz.is_none();
+        if self.is_counted {
             checks.push(format!(
                 "{COUNTED} {name} of {} counts rows and states no unit: read as {}, {:.0} Hz; if it is no \
                  time, set unit = \"count\" and rate_hz under [table.time]",
