@@ -21,7 +21,7 @@ pub(super) const DECISIVE_COSINE: f64 = 0.9;
 /// Number of legs needed for a conclusion.
 const LEAST_LEGS: usize = 5;
 
-pub(super) const SPEED_UNITS: [SpeedUnit; 8] = [
+const SPEED_UNITS: [SpeedUnit; 7] = [
     SpeedUnit::MetresPerSecond,
     SpeedUnit::CentimetresPerSecond,
     SpeedUnit::MillimetresPerSecond,
@@ -29,7 +29,6 @@ pub(super) const SPEED_UNITS: [SpeedUnit; 8] = [
     SpeedUnit::Knots,
     SpeedUnit::MilesPerHour,
     SpeedUnit::FeetPerSecond,
-    SpeedUnit::FeetPerMinute,
 ];
 pub(super) const COURSE_UNITS: [CourseUnit; 4] =
     [CourseUnit::Degrees, CourseUnit::Radians, CourseUnit::Centidegrees, CourseUnit::ScaledDegrees];
@@ -250,24 +249,28 @@ pub(super) fn judge_climb(
 /// The change of height divided by the integrated vertical velocity; `None` if the vehicle climbs too little, or too
 /// unsteadily, to decide.
 pub(super) fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
-    /// Shortest leg, and longest interval between consecutive fixes, s.
-    const LEG_S: [f64; 2] = [5.0, 2.5];
+    /// Shortest and longest leg, s. A leg ends at the smallest change of height that counts.
+    const LEG_S: std::ops::Range<f64> = 5.0..60.0;
+    /// Longest interval between consecutive fixes, s.
+    const LONGEST_STEP_S: f64 = 2.5;
     /// Smallest change of height that counts, m; heights scatter by metres.
     const LEAST_M: f64 = 8.0;
     let (mut ratios, mut first, mut climbed_m) = (Vec::new(), 0, 0.0);
     for (at, pair) in fixes.windows(2).enumerate() {
         let interval_s = pair[1].time - pair[0].time;
         let down = pair[0].down_velocity_mps.zip(pair[1].down_velocity_mps);
-        let Some((before, after)) = down.filter(|_| interval_s <= LEG_S[1]) else {
+        let Some((before, after)) = down.filter(|_| interval_s <= LONGEST_STEP_S) else {
             (first, climbed_m) = (at + 1, 0.0);
             continue;
         };
         climbed_m -= 0.5 * (before + after) * interval_s;
-        if pair[1].time - fixes[first].time >= LEG_S[0] {
-            let risen_m = pair[1].position.height_m - fixes[first].position.height_m;
-            if risen_m.abs() >= LEAST_M {
-                ratios.push(risen_m / climbed_m);
-            }
+        let leg_s = pair[1].time - fixes[first].time;
+        let risen_m = pair[1].position.height_m - fixes[first].position.height_m;
+        let is_climb = risen_m.abs() >= LEAST_M && leg_s >= LEG_S.start;
+        if is_climb {
+            ratios.push(risen_m / climbed_m);
+        }
+        if is_climb || leg_s >= LEG_S.end {
             (first, climbed_m) = (at + 1, 0.0);
         }
     }

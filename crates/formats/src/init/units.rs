@@ -1,6 +1,6 @@
 //! Units that no name states: those with which the readings agree.
 
-use super::travel::{self, SPEED_UNITS, StatedUnits};
+use super::travel::{self, StatedUnits};
 use super::turn::{self, DISAGREES, Found};
 use crate::text::{BaroUnit, GpsColumns, LengthUnit, Mapping, RateUnit, SpeedUnit};
 use hovernav::imu::Motion;
@@ -13,10 +13,17 @@ const DECISIVE: f64 = 2.0;
 const FITS: f64 = 2.0;
 /// Largest ratio of a measured scale to that of a unit of height, or its inverse; metres and feet differ by 3.28.
 const HEIGHT_TOLERANCE: f64 = 1.4;
-/// Largest ratio of a measured scale to that of a unit of speed, or its inverse.
-const SPEED_TOLERANCE: f64 = 1.15;
+/// Largest ratio of a measured scale to that of a unit of vertical speed, or its inverse; the units differ by 1.97.
+const CLIMB_TOLERANCE: f64 = 1.3;
 
 const HEIGHTS: [LengthUnit; 2] = [LengthUnit::Metres, LengthUnit::Feet];
+const CLIMBS: [SpeedUnit; 5] = [
+    SpeedUnit::MetresPerSecond,
+    SpeedUnit::CentimetresPerSecond,
+    SpeedUnit::MillimetresPerSecond,
+    SpeedUnit::FeetPerSecond,
+    SpeedUnit::FeetPerMinute,
+];
 const RATES: [RateUnit; 4] = [
     RateUnit::RadiansPerSecond,
     RateUnit::DegreesPerSecond,
@@ -115,7 +122,7 @@ pub(super) fn settle_vertical(
     let Some(gps) = gps.filter(|_| stated.height && !stated.vertical) else { return };
     let Some(scale) = travel::climb_ratio(&dataset.fixes) else { return };
     let before = gps.vertical_unit();
-    let unit = nearest(&SPEED_UNITS, SpeedUnit::factor, scale * before.factor(), SPEED_TOLERANCE);
+    let unit = nearest(&CLIMBS, SpeedUnit::factor, scale * before.factor(), CLIMB_TOLERANCE);
     let Some(unit) = unit.filter(|unit| *unit != before) else { return };
     gps.vertical_unit = Some(unit);
     for down in dataset.fixes.iter_mut().filter_map(|fix| fix.down_velocity_mps.as_mut()) {
