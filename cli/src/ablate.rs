@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -10,9 +10,12 @@ use anyhow::{Context as _, bail};
 use hovernav_sim::faults::{
     Ablation, Cut, Fault, Flight, ablation_csv, ablation_markdown, read_ablation, standard_cells,
 };
+use hovernav_toml::read_bytes;
 
 /// Name of the results in the output directory.
 const RESULTS: &str = "results.csv";
+/// Largest file of results that is read, bytes.
+const LARGEST: u64 = 1 << 28;
 
 #[derive(clap::Args)]
 #[command(
@@ -70,9 +73,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     crate::output::create(&arguments.out)?;
     let path = arguments.out.join(RESULTS);
     let shown = path.display().to_string();
-    let mut rows = match fs::read_to_string(&path) {
-        Ok(text) => read_ablation(&text),
-        Err(_) => Vec::new(),
+    let mut rows = match read_bytes(&path, LARGEST) {
+        Ok(bytes) => read_ablation(&String::from_utf8_lossy(&bytes)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Vec::new(),
+        Err(error) => return Err(error).with_context(|| shown),
     };
     // The last run of an interrupted ablation may be incomplete, or lack cuts that are requested now.
     let is_complete = |run: &str| {

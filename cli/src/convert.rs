@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context as _, ensure};
-use hovernav_dataset::copy_whole;
+use hovernav_toml::copy_whole;
 
 use crate::arguments::Sensors;
 use crate::memory;

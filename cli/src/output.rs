@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::Context as _;
-use hovernav_dataset::write_whole;
+use hovernav_toml::{read_bytes, write_whole};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -120,8 +120,10 @@ pub const REPORT: &str = "report.html";
 
 /// Whether `out` contains the `summary.json` of an earlier run of this program.
 fn holds_earlier_run(out: &Path) -> bool {
-    let text = std::fs::read_to_string(out.join("summary.json")).unwrap_or_default();
-    let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    /// Largest summary that is read, bytes.
+    const LARGEST: u64 = 1 << 24;
+    let text = read_bytes(&out.join("summary.json"), LARGEST).unwrap_or_default();
+    let summary: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
     summary["tool"] == "hovernav"
 }
 

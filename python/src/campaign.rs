@@ -4,7 +4,8 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use hovernav_dataset::{LogError, write_whole};
+use hovernav_dataset::LogError;
+use hovernav_toml::write_whole;
 use hovernav_pages::campaign::CampaignPage;
 use hovernav_sim::campaign::{
     Campaign, CampaignResult, Cell, Column, Measure, Outcome, PERCENTILES, count, percentile,

@@ -8,7 +8,8 @@ use hovernav::imu::Motion;
 use hovernav_dataset::columns::{
     ALTITUDE, ATTITUDE, GPS, INCREMENTS, MAGNETIC, RATES, STICKS, TIME,
 };
-use hovernav_dataset::{LogError, StatedFix, write_whole};
+use hovernav_dataset::{LogError, StatedFix};
+use hovernav_toml::write_whole;
 use hovernav_findings::Contents;
 use hovernav_formats::{Log, Options};
 use pyo3::prelude::*;

@@ -7,8 +7,9 @@ use std::str::FromStr;
 use anyhow::Context as _;
 use clap::error::ErrorKind;
 use hovernav::ekf::Solution;
-use hovernav_dataset::{Manifest, WholeFile};
+use hovernav_dataset::Manifest;
 use hovernav_export::{Export, ExportError, ExportFormat, LAYOUT};
+use hovernav_toml::WholeFile;
 
 use crate::output::EXPORTED;
 use crate::output::{self, cannot_write};

@@ -115,6 +115,34 @@ fn pipes_and_devices_are_refused_instead_of_waited_for() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn results_in_the_place_of_devices_and_pipes_end_with_a_sentence() {
+    for (target, expected) in [
+        ("/dev/full", Some("No space left on device")),
+        ("/dev/zero", None),
+        ("pipe", Some("summary.json: found a pipe that nothing reads, expected a file")),
+    ] {
+        let out = place("devices-out");
+        let summary = out.join("summary.json");
+        match target {
+            "pipe" => {
+                let made = Command::new("mkfifo").arg(&summary).status().expect("mkfifo runs");
+                assert!(made.success());
+            }
+            device => std::os::unix::fs::symlink(device, &summary).expect("a link"),
+        }
+        let arguments = ["estimate", "--no-report", "--out", text(&out), HELI];
+        match expected {
+            Some(expected) => {
+                let said = refusal(&arguments);
+                assert!(said.contains(expected), "{target}: {said}");
+            }
+            None => assert!(!succeeds(&arguments).is_empty()),
+        }
+    }
+}
+
 #[test]
 fn several_logs_make_a_table_and_a_directory_each() {
     let out = place("several");

@@ -42,5 +42,3 @@ pub use statistics::allan::{AllanPoint, allan_deviation};
 pub use statistics::median_interval_s;
 pub use table::remarks::Remarks;
 pub use trajectory::{LocalAxes, Trajectory};
-// Readers and writers of whole files, for crates that depend only on this crate.
-pub use hovernav_toml::{WholeFile, copy_whole, open_file, write_whole};

@@ -18,7 +18,7 @@ pub use events::spans::{Span, spans};
 pub use finding::{Finding, FindingKind, Harm, Sensor, SetupFinding, Severity, sentences};
 pub use fitness::{check_fitness, ignore, ignore_inconsistent};
 pub use paragraph::paragraph;
-pub use plausibility::{alternative, check_setup, ensure_possible};
+pub use plausibility::{alternative, barometer_scale, check_setup, ensure_possible};
 pub use sampling::SampleRates;
 pub use survey::Survey;
 pub use vibration_lines::VibrationLine;

@@ -1,9 +1,9 @@
 //! The files of a ROS 2 bag.
 
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use hovernav_dataset::LogError;
+use hovernav_toml::read_bytes;
 
 /// The message files of a ROS 2 bag.
 pub(crate) struct Bag {
@@ -79,12 +79,8 @@ fn plain_name(file: impl AsRef<Path>) -> String {
 fn listed_in_bag(metadata: &Path) -> Vec<String> {
     /// Largest metadata that is read, bytes.
     const LARGEST: u64 = 1 << 24;
-    let mut text = String::new();
-    let read =
-        std::fs::File::open(metadata).and_then(|file| file.take(LARGEST).read_to_string(&mut text));
-    if read.is_err() {
-        return Vec::new();
-    }
+    let bytes = read_bytes(metadata, LARGEST).unwrap_or_default();
+    let text = String::from_utf8_lossy(&bytes);
     let mut lines = text.lines().map(str::trim);
     lines.by_ref().find(|line| *line == "relative_file_paths:");
     let items = lines.map_while(|line| line.strip_prefix("- "));

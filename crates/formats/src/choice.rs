@@ -30,6 +30,11 @@ impl Tally {
         self.good += usize::from(is_good && repeats < FROZEN);
     }
 
+    /// The tally without `count` of its good messages.
+    pub fn without(self, count: usize) -> Self {
+        Self { good: self.good.saturating_sub(count), ..self }
+    }
+
     fn bad(self) -> usize {
         self.messages - self.good
     }

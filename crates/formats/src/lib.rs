@@ -33,6 +33,8 @@ mod open;
 mod primitive;
 #[cfg(feature = "raw")]
 mod raw;
+#[cfg(any(feature = "dataflash", feature = "ulog"))]
+mod receivers;
 mod recognise;
 #[cfg(feature = "ros2")]
 mod ros2;

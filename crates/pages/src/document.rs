@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use hovernav_dataset::WholeFile;
+use hovernav_toml::WholeFile;
 use serde::Serialize;
 
 use crate::fact::Fact;

@@ -22,7 +22,8 @@ pub struct WholeFile {
 impl WholeFile {
     /// Begins the file `path`.
     ///
-    /// Errors of the file system, also if an existing file of this name is not writable.
+    /// Errors of the file system, also if an existing file of this name is not writable. A pipe that nothing reads, which
+    /// could block forever.
     pub fn create(path: &Path) -> io::Result<Self> {
         let mut permissions: Option<Permissions> = None;
         let mut own = path.to_path_buf();
@@ -33,7 +34,10 @@ impl WholeFile {
                 own = path.canonicalize()?;
                 permissions = Some(found.permissions());
             }
-            Ok(_) => return Ok(Self { file: File::create(path)?, names: None }),
+            Ok(found) => {
+                ensure_reader(path, &found)?;
+                return Ok(Self { file: File::create(path)?, names: None });
+            }
             Err(_) => {}
         }
         let mut name = own.file_name().unwrap_or_default().to_owned();
@@ -96,6 +100,25 @@ impl Drop for WholeFile {
             let _ = std::fs::remove_file(part);
         }
     }
+}
+
+/// Refuses a pipe that nothing reads: to open it would wait for a reader.
+#[cfg(any(target_os = "linux", target_os = "macos"))]
+fn ensure_reader(path: &Path, found: &std::fs::Metadata) -> io::Result<()> {
+    use std::os::unix::fs::{FileTypeExt as _, OpenOptionsExt as _};
+    /// `O_NONBLOCK`: to open a pipe that nothing reads is then an error.
+    const NONBLOCK: i32 = if cfg!(target_os = "linux") { 0o4000 } else { 4 };
+    let is_pipe = found.file_type().is_fifo();
+    if is_pipe && OpenOptions::new().write(true).custom_flags(NONBLOCK).open(path).is_err() {
+        let reason = "found a pipe that nothing reads, expected a file";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+    }
+    Ok(())
+}
+
+#[cfg(not(any(target_os = "linux", target_os = "macos")))]
+fn ensure_reader(_: &Path, _: &std::fs::Metadata) -> io::Result<()> {
+    Ok(())
 }
 
 /// Creates the file `path` for writing. Anything with this name is removed first: a link is not followed, and a pipe is

@@ -54,6 +54,9 @@ pub(crate) fn read_baro(
     read_timed(table, BARO_FILE, columns, steps, warnings, |[value], []| match is_pressure {
         true => pressure_altitude_m(value).ok_or_else(|| pressure_fault(value)),
         false if value.abs() <= 1e5 => Ok(value),
+        false if pressure_altitude_m(value).is_some() => Err(
+            "rejected: a height of over 100 km; for a pressure in Pa name the column pressure_pa",
+        ),
         false => Err(OUT_OF_RANGE),
     })
 }
@@ -77,9 +80,9 @@ pub(crate) const OUT_OF_RANGE: &str = "rejected: a value is out of range";
 fn pressure_fault(pressure_pa: f64) -> &'static str {
     let is_pressure = |scale: f64| pressure_altitude_m(scale * pressure_pa).is_some();
     if is_pressure(100.0) {
-        "rejected: a pressure of the air in hPa, expected Pa; multiply by 100"
+        "rejected: a pressure of the air in hPa, expected Pa; multiply by 100; for a height name the column altitude_m"
     } else if is_pressure(1000.0) {
-        "rejected: a pressure of the air in kPa, expected Pa; multiply by 1000"
+        "rejected: a pressure of the air in kPa, expected Pa; multiply by 1000; for a height name the column altitude_m"
     } else {
         OUT_OF_RANGE
     }

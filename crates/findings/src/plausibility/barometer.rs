@@ -19,26 +19,45 @@ const SIGMAS: f64 = 6.0;
 
 /// Likely contents of a column: range of the scale from the column's changes to those of the fixes' heights,
 /// description, remedy.
-const CAUSES: [(std::ops::Range<f64>, &str, &str); 7] = [
+const CAUSES: [(std::ops::Range<f64>, &str, &str); 8] = [
     (0.25..0.37, "altitude_m in feet, expected metres", "multiply altitude_m by 0.3048"),
     (0.0085..0.0115, "altitude_m in centimetres, expected metres", "divide altitude_m by 100"),
     (0.000_85..0.001_15, "altitude_m in millimetres, expected metres", "divide altitude_m by 1000"),
     (-1.3..-0.75, "a height that counts downwards", "change the sign of altitude_m"),
     (-0.37..-0.25, "a height in feet that counts downwards", "multiply altitude_m by -0.3048"),
-    (-13.0..-7.0, "a pressure in hPa, expected a height", PRESSURE),
-    (-0.13..-0.07, "a pressure in Pa, expected a height", PRESSURE),
+    (
+        -130.0..-70.0,
+        "a pressure in kPa, expected a height",
+        "name the column pressure_pa and multiply it by 1000",
+    ),
+    (
+        -13.0..-7.0,
+        "a pressure in hPa, expected a height",
+        "name the column pressure_pa and multiply it by 100",
+    ),
+    (-0.13..-0.07, "a pressure in Pa, expected a height", "name the column pressure_pa"),
 ];
-const PRESSURE: &str = "name the column pressure_pa, in Pa";
 
-pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
+/// Change of the fixes' heights divided by that of the barometer's heights: 1 if their units agree. `None` if the
+/// vehicle climbs too little to decide, or if the two are not proportional.
+#[must_use]
+pub fn barometer_scale(dataset: &Dataset) -> Option<f64> {
+    scale(dataset).map(|found| found.scale)
+}
+
+fn scale(dataset: &Dataset) -> Option<Scale> {
     let changes = changes(dataset);
     let squares: f64 = changes.iter().map(|(_, fixes)| fixes * fixes).sum();
     if changes.len() < LEAST_COUNT || (squares / changes.len() as f64).sqrt() < LEAST_M {
-        return;
+        return None;
     }
     // The barometer is the independent variable of the regression, because it scatters less.
-    let Some(Scale { scale, sigma, explained }) = Scale::of(&changes) else { return };
-    if explained < EXPLAINED || (scale - 1.0).abs() < SIGMAS * sigma {
+    Scale::of(&changes).filter(|found| found.explained >= EXPLAINED)
+}
+
+pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
+    let Some(Scale { scale, sigma, .. }) = scale(dataset) else { return };
+    if (scale - 1.0).abs() < SIGMAS * sigma {
         return;
     }
     let Some((_, cause, mend)) = CAUSES.iter().find(|(range, ..)| range.contains(&scale)) else {

@@ -20,6 +20,9 @@ const LEAST_TURNED: f64 = 0.2;
 const BETTER: f64 = 0.2;
 /// Largest squared residual of the right order and signs, relative to the field's changes.
 const EXPLAINED: f64 = 0.3;
+/// Largest squared residual with one gyro reversed, relative to that with other magnetometer axes, at which the gyro is
+/// the cause.
+const CLEARLY: f64 = 0.5;
 /// Interval between samples above which a turn may be missed, s.
 const GAP_S: f64 = 0.3;
 
@@ -69,6 +72,8 @@ impl FieldTurning {
     pub fn check(&self, apart: &[(Time, Vector<Body>)], found: &mut Vec<SetupFinding>) {
         let fields = if apart.is_empty() { &self.fields[..] } else { apart };
         let mut left = [0.0; 1 + OTHERS.len()];
+        // Residuals with one gyro of the opposite sign.
+        let mut left_reversed = [0.0; 3];
         let (mut turned, mut count) = (0.0, 0);
         let mut before: Option<(Time, Rotation<Body, Body>, Vector<Body>)> = None;
         for &(time, field) in fields {
@@ -99,20 +104,48 @@ impl FieldTurning {
                     [0, 1, 2].map(|axis| signs[axis] * values[order[axis]]).into()
                 });
             }
+            for (axis, left) in left_reversed.iter_mut().enumerate() {
+                // The axis of the turn hardly moves within a second.
+                let mut angle_rad = turn.rotation_vector().to_array();
+                angle_rad[axis] = -angle_rad[axis];
+                let turn = Rotation::<Body, Body>::IDENTITY.turned_in_from(angle_rad.into());
+                let off = field - turn * old;
+                *left += off.dot(off) / strength;
+            }
             turned += (field - old).dot(field - old) / strength;
             count += 1;
         }
         let [present, others @ ..] = left;
         let best = others.iter().zip(&OTHERS).min_by(|a, b| a.0.total_cmp(b.0));
         let Some((&best, (.., name))) = best else { return };
-        if count < LEAST
-            || turned < LEAST_TURNED
-            || best > BETTER * present
-            || best > EXPLAINED * turned
-        {
+        let is_right = |left: f64| left <= BETTER * present && left <= EXPLAINED * turned;
+        if count < LEAST || turned < LEAST_TURNED {
             return;
         }
         let share = |left: f64| 100.0 * (left / turned).sqrt();
+        let [x, y, z] = left_reversed;
+        let reversed =
+            [(x, "x"), (y, "y"), (z, "z")].into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((left, name)) =
+            reversed.filter(|(left, _)| is_right(*left) && *left < CLEARLY * best)
+        {
+            found.push(SetupFinding {
+                sensor: Sensor::InertialUnit,
+                is_certain: false,
+                found: format!(
+                    "the gyros turn unlike the field (they leave {:.0} % of its turning, and {:.0} % with gyro {name} \
+                     reversed)",
+                    share(present),
+                    share(left)
+                ),
+                cause: format!("gyro {name} of the wrong sign"),
+                mend: format!("change the sign of gyro_{name}_radps"),
+            });
+            return;
+        }
+        if !is_right(best) {
+            return;
+        }
         found.push(SetupFinding {
             sensor: Sensor::Magnetometer,
             is_certain: true,
@@ -151,6 +184,11 @@ mod tests {
     /// Findings for a minute of swaying about all axes, with a hard iron of a third of the field. `read` maps the true
     /// field to the readings.
     fn found(read: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<SetupFinding> {
+        found_with([1.0; 3], read)
+    }
+
+    /// The same with `signs` of the gyros.
+    fn found_with(signs: [f64; 3], read: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<SetupFinding> {
         let mut turning = FieldTurning::default();
         let mut body_to_earth = Rotation::<Body, Body>::IDENTITY;
         for step in 0..6000_u32 {
@@ -163,7 +201,7 @@ mod tests {
             let rates = Rates {
                 time: Time::ZERO + seconds,
                 interval_s: 0.01,
-                turn_radps,
+                turn_radps: [0, 1, 2].map(|axis| signs[axis] * turn_radps[axis]),
                 force_mps2: [0.0, 0.0, -9.8],
                 clipped: ClippedAxes::default(),
             };
@@ -180,6 +218,16 @@ mod tests {
         assert!(swapped[0].cause.contains("x and y swapped"), "{swapped:?}");
         let turned = found(|[x, y, z]| [x, -y, z]);
         assert!(turned[0].cause.contains("y of the wrong sign"), "{turned:?}");
+    }
+
+    #[test]
+    fn one_gyro_of_the_wrong_sign_is_named() {
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            let mut signs = [1.0; 3];
+            signs[axis] = -1.0;
+            let findings = found_with(signs, |field| field);
+            assert!(findings[0].mend.contains(&format!("sign of gyro_{name}_")), "{findings:?}");
+        }
     }
 
     #[test]

@@ -31,6 +31,7 @@ use magnetic::Field;
 
 pub use alternatives::alternative;
 pub(crate) use alternatives::denied_aid;
+pub use barometer::barometer_scale;
 pub(crate) use regression::Scale;
 pub(crate) use unmeasured::Unmeasured;
 

@@ -126,8 +126,8 @@ impl Message {
             Self::Imu => is_healthy(&row[14..16]) && is_alive([row[5], row[6], row[7]]),
             Self::Imt => is_alive([row[5], row[6], row[7]]),
             Self::Gps => {
-                let or = |one: f64, other: f64| if one.is_nan() { other } else { one };
-                is_fix(Dimensions::of_type(or(row[3], row[4])), [row[5], or(row[6], row[7])])
+                let fix_type = if row[3].is_nan() { row[4] } else { row[3] };
+                is_fix(Dimensions::of_type(fix_type), Self::place_and_velocity(row).0)
             }
             Self::Baro => is_healthy(&row[3..5]) && row[2].is_finite(),
             Self::Magnetometer => is_healthy(&row[5..6]) && is_alive([row[2], row[3], row[4]]),
@@ -140,9 +140,15 @@ impl Message {
         match self {
             Self::Imu => &row[2..11],
             Self::Imt => &row[2..8],
-            Self::Gps => &row[5..15],
             _ => &[],
         }
+    }
+
+    /// Latitude and longitude in a row of `GPS`, degrees, and the velocity north and east, or the speed and NaN, m/s.
+    pub fn place_and_velocity(row: &[f64]) -> ([f64; 2], [f64; 2]) {
+        let or = |one: f64, other: f64| if one.is_nan() { other } else { one };
+        let velocity = if row[12].is_nan() { [row[9], f64::NAN] } else { [row[12], row[13]] };
+        ([row[5], or(row[6], row[7])], velocity)
     }
 
     /// The fields that are read, in the order that [`super::rows`] expects: the alternative times first. Each has a

@@ -20,6 +20,7 @@ use crate::format::Format;
 use crate::integrals::{integrate, remark_points};
 use crate::latency::USUAL_LATENCY_S;
 use crate::log::{Log, Options};
+use crate::receivers::Track;
 use crate::window::Input;
 use hovernav::frames::Vector;
 use hovernav_dataset::utc::moment;
@@ -32,6 +33,8 @@ use rows::Rows;
 #[derive(Debug, Default)]
 struct Survey {
     counts: BTreeMap<(Message, usize), Tally>,
+    /// Readings of the receivers.
+    tracks: BTreeMap<usize, Track>,
     parameters: HashMap<String, f64>,
     /// The text with the autopilot's name and version, otherwise the first text.
     text: String,
@@ -91,6 +94,11 @@ impl Survey {
                 let tally = self.counts.entry((message, instance)).or_default();
                 tally.count(message.is_good(row), &[message.reading(row)]);
                 let clock_s = Rows::default().clock_s(message, row);
+                if message == Message::Gps {
+                    let (place_deg, velocity_mps) = Message::place_and_velocity(row);
+                    let track = self.tracks.entry(instance).or_default();
+                    track.push(clock_s, place_deg, velocity_mps);
+                }
                 if self.start_s.is_none() && clock_s > 0.0 {
                     self.start_s = Some(clock_s);
                 }
@@ -116,12 +124,22 @@ impl Survey {
         names.iter().find_map(|name| self.parameters.get(*name).copied())
     }
 
+    /// Number of messages of the receiver `instance` in static hold.
+    fn held(&self, instance: usize) -> usize {
+        let others = self.tracks.iter().filter(|(other, _)| **other != instance);
+        let others = others.map(|(_, track)| track);
+        self.tracks.get(&instance).map_or(0, |track| track.held(others))
+    }
+
     /// Chooses the sensors to read; an error message if the wanted instance is missing.
     fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
         let mut chosen = |sensor: &str, messages: &[Message], wanted: (&str, Option<usize>)| {
             let counts = Counts::new(messages.iter().flat_map(|&message| {
                 let found = self.counts.iter().filter(move |((found, _), _)| *found == message);
-                found.map(move |(&(_, instance), &count)| ((message, instance), count))
+                found.map(move |(&(_, instance), &count)| {
+                    let held = if message == Message::Gps { self.held(instance) } else { 0 };
+                    ((message, instance), count.without(held))
+                })
             }));
             let name =
                 |(message, instance): (Message, usize)| format!("{} {instance}", message.name());

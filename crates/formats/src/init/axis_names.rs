@@ -21,6 +21,8 @@ pub(super) fn axis(name: &str) -> Option<Quantity> {
         let has_end = |ends: &[&str]| ends.iter().any(|end| stem.ends_with(end));
         Some(if has_end(&["lla"]) {
             [Quantity::Latitude, Quantity::Longitude, Quantity::Height(None)][axis]
+        } else if has_end(&["twistlinear"]) {
+            Quantity::Twist(axis)
         } else if has_end(&["velned"]) {
             Quantity::Velocity(axis)
         } else if has_end(&["velenu"]) {
@@ -45,7 +47,7 @@ pub(super) fn axis(name: &str) -> Option<Quantity> {
             Quantity::Gyro(axis)
         } else if has(&["mag", "compass"]) || ["m", "b"].contains(&stem) {
             Quantity::Mag(axis)
-        } else if stem == "gravity" {
+        } else if stem.ends_with("gravity") {
             Quantity::Gravity(axis)
         } else if has(&["acc", "specificforce"]) || ["a", "f", "gf"].contains(&stem) {
             Quantity::Accel(axis)
@@ -59,6 +61,7 @@ pub(super) fn axis(name: &str) -> Option<Quantity> {
 /// `orientation.w`.
 pub(super) fn quaternion(name: &str) -> Option<usize> {
     const NAMES: [&str; 3] = ["quaternion", "quat", "orientation"];
+    let name = ["attitude", "att"].iter().find_map(|of| name.strip_prefix(of)).unwrap_or(name);
     let named = NAMES.iter().find_map(|begin| name.strip_prefix(begin));
     let part = match named {
         Some(rest) => rest.strip_prefix('q').unwrap_or(rest),

@@ -7,12 +7,13 @@ use crate::text::{BaroColumn, BaroUnit};
 impl Reader<'_> {
     /// The column of a barometer. It is a height with a barometer's name, otherwise the only height in a file with a
     /// barometer's name, otherwise a pressure. `with_place` means that the file has a receiver's position. Then an
-    /// unqualified height belongs to the receiver.
+    /// unqualified height belongs to the receiver. The second value states whether the unit is known: by name, or for a
+    /// pressure by its size.
     pub(super) fn baro(
         &mut self,
         with_place: bool,
         checks: &mut Vec<String>,
-    ) -> Option<BaroColumn> {
+    ) -> Option<(BaroColumn, bool)> {
         let named = self.known.column(Quantity::BaroHeight);
         let pressure = self.known.column(Quantity::Pressure);
         let bare = self.known.height().map(|(column, _)| column).filter(|_| !with_place);
@@ -39,10 +40,11 @@ impl Reader<'_> {
         let largest = self.look.largest(column);
         let unit = match self.known.unit(column) {
             Some("ft") => BaroUnit::Feet,
+            Some("cm") => BaroUnit::Centimetres,
             Some("hpa") => BaroUnit::Hectopascals,
             Some("kpa") => BaroUnit::Kilopascals,
             Some("pa") => BaroUnit::Pascals,
-            Some(unit @ ("cm" | "mm")) => {
+            Some(unit @ "mm") => {
                 checks.push(format!(
                     "{} of {} is in {unit}, expected m or ft for a barometer's height: ignored",
                     self.look.layout.names[column], self.file
@@ -54,6 +56,8 @@ impl Reader<'_> {
             _ if largest > 150.0 => BaroUnit::Hectopascals,
             _ => BaroUnit::Kilopascals,
         };
-        Some(BaroColumn { held: self.look.is_held(&[column]), column: self.name(column), unit })
+        let is_stated = unit.is_pressure() || self.known.unit(column).is_some();
+        let held = self.look.is_held(&[column]);
+        Some((BaroColumn { held, column: self.name(column), unit }, is_stated))
     }
 }

@@ -10,13 +10,14 @@ use super::names::meaning;
 use super::numbered;
 use super::quantity::Quantity;
 use super::travel::StatedUnits;
+use super::units::GYRO_UNSTATED;
 use super::unknown_places;
 use super::unnamed;
 use crate::format::Format;
 use crate::recognise::{format_of, head_of};
 use crate::text::{
-    Axes, ForceUnit, GpsColumns, MagneticUnit, RateUnit, StickColumns, StickUnit, TableMapping,
-    Triad,
+    Axes, ForceUnit, GpsColumns, MagneticUnit, RateUnit, SpeedUnit, StickColumns, StickUnit,
+    TableMapping, Triad, VelocityColumns, World,
 };
 use hovernav_dataset::LogError;
 
@@ -31,6 +32,8 @@ pub(crate) struct Understood {
     pub checks: Vec<String>,
     /// Whether the accelerometer does not measure gravity, as with the linear acceleration of a phone.
     pub is_without_gravity: bool,
+    /// Rate that is assumed for a time that counts rows, Hz.
+    pub count_hz: Option<f64>,
 }
 
 /// Derives the mapping of the file at `path`, which the mapping refers to as `file`.
@@ -42,6 +45,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             unused: Vec::new(),
             checks: Vec::new(),
             is_without_gravity: false,
+            count_hz: None,
         });
     }
     let mut look = Look::at(path)?;
@@ -60,6 +64,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     let mut known = Known { meanings };
     known.prefer_measured(&look, &names);
     known.add_down_of_ardupilot(&names);
+    let one_receiver = known.keep_one_receiver(&look.layout.names);
     let instance = instance::found(&look, &known);
     if let Some((column, number)) = instance {
         look.keep_rows_of(column, f64::from(number));
@@ -76,6 +81,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         ..TableMapping::default()
     };
     let mut checks = repeated(&look.layout.names);
+    checks.extend(one_receiver);
     if let Some(number) = table.instance {
         checks.push(format!(
             "{name} has rows of several sensors: those with {} = {number} are read; for others \
@@ -83,7 +89,13 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             table.instance_column
         ));
     }
-    let mut reader = Reader { file: name, look: &look, known: &known, used: vec![false; count] };
+    let mut reader = Reader {
+        file: name,
+        look: &look,
+        known: &known,
+        used: vec![false; count],
+        is_counted: false,
+    };
     table.gyro = reader.gyro(&mut checks);
     table.accel = reader.accel(&mut checks);
     table.gravity = reader.gravity();
@@ -91,6 +103,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     table.attitude = reader.attitude(&mut checks);
     let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut checks);
     let stated = gps.as_ref().map_or_else(StatedUnits::default, |(_, stated)| *stated);
+    let is_gyro_stated = !checks.iter().any(|check| check.starts_with(GYRO_UNSTATED));
     if gps.is_some() && !unknown.is_empty() {
         checks.push(format!(
             "gps: rows with latitude and longitude of {unknown:?} are read as rows without a fix; \
@@ -98,8 +111,14 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         ));
     }
     table.gps = gps.map(|(columns, _)| GpsColumns { unknown, ..columns });
-    table.baro = reader.baro(table.gps.is_some(), &mut checks);
+    let (baro, is_baro_stated) = reader.baro(table.gps.is_some(), &mut checks).unzip();
+    table.baro = baro;
+    let stated =
+        StatedUnits { gyro: is_gyro_stated, baro: is_baro_stated.unwrap_or(true), ..stated };
     table.controls = reader.controls();
+    if table.gps.is_none() && table.gyro.is_none() {
+        table.velocity = reader.twist();
+    }
     let has_motion =
         [table.gyro.is_some(), table.accel.is_some(), table.gravity.is_some()].contains(&true);
     table.time = reader.time(has_motion, &mut checks).ok_or_else(|| LogError::Unusable {
@@ -110,6 +129,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             look.layout.names.join(", ").chars().take(200).collect::<String>()
         ),
     })?;
+    let count_hz = reader.is_counted.then(|| 1.0 / table.time.unit.seconds());
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
     let is_linear = known.all([0, 1, 2].map(Quantity::Accel)).is_some_and(|accel| {
@@ -120,7 +140,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     });
     let is_without_gravity =
         is_linear || checks.iter().any(|check| check.starts_with("accel: found a median"));
-    Ok(Understood { mapping: table, stated, unused, checks, is_without_gravity })
+    Ok(Understood { mapping: table, stated, unused, checks, is_without_gravity, count_hz })
 }
 
 /// Whether a file is a capture of a receiver, whose fixes need no mapping.
@@ -145,6 +165,8 @@ pub(super) struct Reader<'a> {
     pub look: &'a Look,
     pub known: &'a Known,
     used: Vec<bool>,
+    /// Whether the time is a counter of unknown rate.
+    pub is_counted: bool,
 }
 
 impl Reader<'_> {
@@ -162,7 +184,7 @@ impl Reader<'_> {
     fn triad<U>(&mut self, columns: [usize; 3], unit: U, with_others: bool) -> Triad<U> {
         let held = with_others && self.look.is_held(&columns);
         let columns = columns.map(|column| self.name(column));
-        Triad { columns, unit, axes: Axes::FORWARD_RIGHT_DOWN, held }
+        Triad { columns, unit, counts_per_unit: 1.0, axes: Axes::FORWARD_RIGHT_DOWN, held }
     }
 
     fn gyro(&mut self, checks: &mut Vec<String>) -> Option<Triad<RateUnit>> {
@@ -173,14 +195,32 @@ impl Reader<'_> {
                 Some("rad/s") => RateUnit::RadiansPerSecond,
                 Some("deg/s") => RateUnit::DegreesPerSecond,
                 Some("mrad/s") => RateUnit::MilliradiansPerSecond,
-                // A rate of 7 rad/s is 400 °/s, a violent turn; 7 °/s is a calm one.
-                _ if high > 7.0 => RateUnit::DegreesPerSecond,
-                _ => {
+                Some("mdeg/s") => RateUnit::MillidegreesPerSecond,
+                // Betaflight and its relatives.
+                None if self.look.layout.names[columns[0]].starts_with("gyroADC") => {
+                    let counts_per_unit = self.look.layout.gyro_counts_per_degps.get();
                     checks.push(format!(
-                        "gyro: rates reach {high:.2}, read as rad/s; if they are deg/s, set unit = \
-                         \"deg/s\" under [table.gyro]"
+                        "gyro: gyroADC is read as {counts_per_unit} counts per deg/s: by gyro_scale above the \
+                         names, or 1 without it"
                     ));
-                    RateUnit::RadiansPerSecond
+                    let triad = self.triad(columns, RateUnit::DegreesPerSecond, false);
+                    return Some(Triad { counts_per_unit, ..triad });
+                }
+                _ => {
+                    let (unit, other) = match high {
+                        // A rate of 7 rad/s is 400 °/s, a violent turn; 7 °/s is a calm one.
+                        ..=7.0 => (RateUnit::RadiansPerSecond, RateUnit::DegreesPerSecond),
+                        // No gyro measures more than 4000 °/s.
+                        ..=4e3 => (RateUnit::DegreesPerSecond, RateUnit::MilliradiansPerSecond),
+                        _ => (RateUnit::MillidegreesPerSecond, RateUnit::MilliradiansPerSecond),
+                    };
+                    checks.push(format!(
+                        "{GYRO_UNSTATED} {high:.2}, read as {}; if they are {other}, set unit = \
+                         \"{other}\" under [table.gyro]",
+                        unit.name(),
+                        other = other.name()
+                    ));
+                    unit
                 }
             };
             return Some(self.triad(columns, unit, false));
@@ -196,11 +236,22 @@ impl Reader<'_> {
     fn accel(&mut self, checks: &mut Vec<String>) -> Option<Triad<ForceUnit>> {
         if let Some(columns) = self.known.all([0, 1, 2].map(Quantity::Accel)) {
             let norm = self.look.median_norm(columns);
+            if let Some((counts_per_unit, by)) = self.counts_per_g(columns, norm) {
+                checks.push(format!(
+                    "accel: {} of {} are read as counts, {counts_per_unit} per g, by {by}; correct \
+                     counts_per_unit under [table.accel] if it is another number",
+                    columns.map(|column| self.look.layout.names[column].as_str()).join(" "),
+                    self.file
+                ));
+                let triad = self.triad(columns, ForceUnit::Gravity, false);
+                return Some(Triad { counts_per_unit, ..triad });
+            }
             let unit = match self.known.unit(columns[0]) {
                 // Gravity overrides a wrong unit in the name.
                 Some("m/s2") if !(0.8..1.2).contains(&norm) => ForceUnit::MetresPerSecondSquared,
                 Some("g") if !(8.0..12.0).contains(&norm) => ForceUnit::Gravity,
                 Some("mg") => ForceUnit::Milligravity,
+                Some("cm/s2") => ForceUnit::CentimetresPerSecondSquared,
                 _ if (0.5..2.0).contains(&norm) => ForceUnit::Gravity,
                 _ if (500.0..2000.0).contains(&norm) => ForceUnit::Milligravity,
                 _ => ForceUnit::MetresPerSecondSquared,
@@ -217,6 +268,27 @@ impl Reader<'_> {
         }
         let columns = self.known.all([0, 1, 2].map(Quantity::VelocityIncrement))?;
         Some(self.triad(columns, ForceUnit::MetresPerSecond, false))
+    }
+
+    /// The counts per g of an accelerometer without a unit, and their source: `acc_1G` above the names, otherwise the
+    /// power of two that is nearest to gravity. `norm` is the median norm.
+    fn counts_per_g(&self, columns: [usize; 3], norm: f64) -> Option<(f64, &'static str)> {
+        /// Smallest power of two that is not confused with 1000 mg.
+        const LEAST: f64 = 2048.0;
+        /// Largest ratio of the norm to the power of two, or its inverse.
+        const NEAR: f64 = 1.2;
+        let is_bare =
+            columns.iter().all(|&c| self.known.unit(c).is_none() && self.look.is_whole(c));
+        if !is_bare {
+            return None;
+        }
+        let near = |counts: f64| (norm / counts).max(counts / norm) < NEAR;
+        let stated = self.look.layout.acc_counts_per_g.map(f64::from);
+        if let Some(counts) = stated.filter(|counts| near(*counts)) {
+            return Some((counts, "acc_1G of the file"));
+        }
+        let power = 2f64.powf(norm.log2().round());
+        (power >= LEAST && near(power)).then_some((power, "the size of gravity"))
     }
 
     /// The columns of gravity alone, as phones compute it, in m/s² unless the values have the size of g.
@@ -266,6 +338,18 @@ impl Reader<'_> {
             return None;
         }
         Some(self.triad(columns, unit, true))
+    }
+
+    /// The columns of a velocity in a file without positions, as ROS exports `TwistStamped`; not those of a command.
+    fn twist(&mut self) -> Option<VelocityColumns> {
+        const COMMANDS: [&str; 3] = ["cmd", "setpoint", "target"];
+        let file = self.file.to_lowercase();
+        let columns = self.known.all([0, 1, 2].map(Quantity::Twist))?;
+        if COMMANDS.iter().any(|part| file.contains(part)) {
+            return None;
+        }
+        let columns = columns.map(|column| self.name(column));
+        Some(VelocityColumns { columns, unit: SpeedUnit::MetresPerSecond, world: World::Enu })
     }
 
     fn controls(&mut self) -> Option<StickColumns> {

@@ -1,9 +1,10 @@
 //! The columns of a receiver.
 
 use super::columns::Reader;
+use super::known::device_of;
 use super::quantity::Quantity;
 use super::travel::StatedUnits;
-use crate::text::{CourseUnit, GpsColumns, LengthUnit, PlaceUnit, SpeedUnit};
+use crate::text::{CourseUnit, GpsColumns, HeightAbove, LengthUnit, PlaceUnit, SpeedUnit};
 
 /// A full turn, rad, plus a margin for rounding.
 const TURN_RAD_MOST: f64 = std::f64::consts::TAU + 1e-3;
@@ -31,6 +32,25 @@ impl Reader<'_> {
             _ => Written::Plain,
         };
         let height_unit = self.height_unit(height, written, checks);
+        let sources = [lat, height].map(|column| device_of(&self.look.layout.names[column]));
+        if let [Some(of_place), Some(of_height)] = sources
+            && of_place != of_height
+        {
+            checks.push(format!(
+                "gps: the position is that of {of_place}, but the height that of {of_height}, because \
+                 {of_place} has none"
+            ));
+        }
+        // A receiver that states the height of the geoid states heights above it, unless their name says otherwise.
+        let undulation = self.known.column(Quantity::Undulation);
+        let undulation = undulation.filter(|_| above != Some(HeightAbove::Ellipsoid));
+        let above = if undulation.is_some() { Some(HeightAbove::Sea) } else { above };
+        if let Some(undulation) = undulation {
+            checks.push(format!(
+                "gps: {} is read as above the sea, and {} is added to it, for the height above the ellipsoid",
+                self.look.layout.names[height], self.look.layout.names[undulation]
+            ));
+        }
         if above.is_none() {
             checks.push(
                 "gps: the height is read as above the ellipsoid; if it is above sea level, set \
@@ -48,10 +68,14 @@ impl Reader<'_> {
             height: self.name(height),
             height_unit,
             height_above: above.unwrap_or_default(),
+            geoid_separation: undulation.map_or_else(String::new, |column| self.name(column)),
             held,
             ..GpsColumns::default()
         };
         let stated = self.velocity(&mut gps, written, checks);
+        let is_height_stated =
+            self.known.unit(height).is_some() || height_unit != LengthUnit::Metres;
+        let stated = StatedUnits { height: is_height_stated, ..stated };
         let is_in_mm = written == Written::Scaled || height_unit == LengthUnit::Millimetres;
         self.sigmas(&mut gps, is_in_mm, checks);
         for (name, quantity) in
@@ -133,21 +157,22 @@ impl Reader<'_> {
         gps.speed_unit = unit;
         let vertical_unit = vertical.map(|column| self.speed_unit(column, written));
         let vertical_stated = vertical_unit.is_some_and(|(_, stated)| stated);
-        match vertical.zip(vertical_unit) {
-            Some((column, (other, true))) if other != unit && stated => checks.push(format!(
-                "gps: {} is in {}, but the speed over ground is in {}: the vertical velocity is \
-                 ignored",
-                self.look.layout.names[column],
-                other.name(),
-                unit.name()
-            )),
-            Some((column, _)) => {
-                let name = self.name(column);
-                if down.is_some() { gps.down = name } else { gps.up = name }
+        if let Some((column, (other, is_stated))) = vertical.zip(vertical_unit) {
+            let name = self.name(column);
+            if down.is_some() {
+                gps.down = name;
+            } else {
+                gps.up = name;
             }
-            None => {}
+            gps.vertical_unit =
+                Some(other).filter(|other| is_stated && !(stated && *other == unit));
         }
-        StatedUnits { speed: stated, course: course_stated, vertical: vertical_stated }
+        StatedUnits {
+            speed: stated,
+            course: course_stated,
+            vertical: vertical_stated,
+            ..StatedUnits::default()
+        }
     }
 
     fn named_speed_unit(&self, column: usize) -> Option<SpeedUnit> {
@@ -158,6 +183,8 @@ impl Reader<'_> {
             "kn" => SpeedUnit::Knots,
             "mph" => SpeedUnit::MilesPerHour,
             "m/s" => SpeedUnit::MetresPerSecond,
+            "ft/s" => SpeedUnit::FeetPerSecond,
+            "ft/min" => SpeedUnit::FeetPerMinute,
             _ => return None,
         })
     }

@@ -32,12 +32,12 @@ impl Known {
         self.meanings[column].and_then(|meaning| meaning.unit)
     }
 
-    /// Removes the meaning of columns with raw readings, and of columns with zeros only, if another column has the same
-    /// quantity.
+    /// Removes the meaning of columns with raw readings, of accelerations without gravity, and of columns with zeros only,
+    /// if another column has the same quantity.
     pub fn prefer_measured(&mut self, look: &Look, names: &[String]) {
         let is_poor = |column: usize| {
             let name = names.get(column).map_or(String::new(), |name| name.to_lowercase());
-            ["raw", "uncal", "uncomp"].iter().any(|part| name.contains(part))
+            ["raw", "uncal", "uncomp", "linear", "user"].iter().any(|part| name.contains(part))
                 || look.largest(column) == 0.0
         };
         let quantity = |meaning: &Option<Meaning>| meaning.map(|meaning| meaning.quantity);
@@ -48,6 +48,54 @@ impl Known {
                 self.meanings[column] = None;
             }
         }
+    }
+
+    /// Removes the meaning of columns of other receivers and filters, if several sources have a position, as `GPS:Lat`
+    /// and `IMU_ATTI(0):Latitude`. The source of a receiver is kept, otherwise the one with the most columns. Returns a
+    /// sentence about the choice.
+    pub fn keep_one_receiver(&mut self, names: &[String]) -> Option<String> {
+        let of = |column: usize| self.meanings[column].map(|meaning| meaning.quantity);
+        let mut sources: Vec<&str> = Vec::new();
+        for (column, name) in names.iter().enumerate().take(self.meanings.len()) {
+            if of(column) == Some(Quantity::Latitude) && !sources.contains(&source_of(name)) {
+                sources.push(source_of(name));
+            }
+        }
+        let has = |source: &str, is: fn(Quantity) -> bool| {
+            let columns = (0..self.meanings.len()).filter(|&c| source_of(&names[c]) == source);
+            columns.filter_map(of).filter(|quantity| is(*quantity)).count()
+        };
+        let is_height = |quantity| matches!(quantity, Quantity::Height(_));
+        let rank = |source: &str| {
+            let lower = source.to_lowercase();
+            let is_receiver = ["gps", "gnss", "rtk"].iter().any(|part| lower.contains(part));
+            let is_whole = has(source, is_height) > 0;
+            (is_whole, is_receiver, has(source, Quantity::is_of_receiver))
+        };
+        // The first of equal ones.
+        let best = sources.iter().copied().rev().max_by_key(|source| rank(source))?;
+        if sources.len() < 2 {
+            return None;
+        }
+        let has_height = has(best, is_height) > 0;
+        let others: Vec<&str> = sources.iter().copied().filter(|source| *source != best).collect();
+        let sentence = format!(
+            "gps: {} have a position: position, {}velocity are read from {best} only",
+            sources.join(" and "),
+            if has_height { "height and " } else { "" }
+        );
+        for (column, name) in names.iter().enumerate().take(self.meanings.len()) {
+            let source = source_of(name);
+            let is_other = self.meanings[column].is_some_and(|meaning| match meaning.quantity {
+                Quantity::Height(_) => has_height,
+                Quantity::Velocity(_) | Quantity::Up | Quantity::Speed | Quantity::Course => true,
+                quantity => quantity.is_of_receiver() && others.contains(&source),
+            });
+            if is_other && source != best {
+                self.meanings[column] = None;
+            }
+        }
+        Some(sentence)
     }
 
     /// Reads `VZ` next to `GCrs`, the course of ArduPilot's `GPS` message, as the velocity down.
@@ -64,4 +112,16 @@ impl Known {
     pub fn is_estimated(&self, column: usize) -> bool {
         self.meanings[column].is_some_and(|meaning| meaning.estimated)
     }
+}
+
+/// The part of a column's name that denotes the device or program, before a colon, point or slash: `IMU_ATTI(0)` of
+/// `IMU_ATTI(0):velN`.
+pub(super) fn device_of(name: &str) -> Option<&str> {
+    let (device, _) = name.rsplit_once([':', '/', '.'])?;
+    Some(device.trim_end_matches([':', '/', '.']))
+}
+
+/// The [device](device_of) in a name, otherwise its first word: `gps` of `gps_lat`.
+fn source_of(name: &str) -> &str {
+    device_of(name).or_else(|| Some(name.split_once('_')?.0)).unwrap_or_default()
 }

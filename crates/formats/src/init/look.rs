@@ -166,6 +166,31 @@ impl Look {
         values.len() > 1 && 20 * falls.saturating_sub(1) < values.len() && 2 * rises >= values.len()
     }
 
+    /// Whether a column counts: whole numbers that increase by 1, except where rows are missing or a counter starts again.
+    pub fn counts(&self, column: usize) -> bool {
+        /// Smallest fraction of the steps that are 1.
+        const MOST: f64 = 0.9;
+        let values = self.known(column);
+        let (mut steps, mut ones) = (0usize, 0usize);
+        for (before, after) in values.clone().zip(values.skip(1)) {
+            steps += 1;
+            ones += usize::from(after - before == 1.0);
+        }
+        steps > 0 && ones as f64 > MOST * steps as f64 && self.is_whole(column)
+    }
+
+    /// Whether the steps of a column are alike, as those of a time are.
+    pub fn is_even(&self, column: usize) -> bool {
+        /// Smallest fraction of the steps within half of the median step from it.
+        const MOST: f64 = 0.9;
+        let median = self.median_step(column);
+        let values = self.known(column);
+        let steps = values.clone().zip(values.skip(1)).map(|(before, after)| after - before);
+        let count = steps.clone().count();
+        let alike = steps.filter(|step| (step - median).abs() <= 0.5 * median).count();
+        count > 1 && alike as f64 > MOST * count as f64
+    }
+
     /// Whether a column increases like a time that repeats on several rows, or whose rows are slightly out of
     /// order.
     pub fn climbs(&self, column: usize) -> bool {

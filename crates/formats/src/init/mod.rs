@@ -19,6 +19,7 @@ mod together;
 mod travel;
 mod turn;
 mod unit_names;
+mod units;
 mod unknown_places;
 mod unnamed;
 mod words;
@@ -26,9 +27,10 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
-use crate::text::{Mapping, RateUnit, TableMapping, TimeScale, World};
+use crate::text::{Mapping, TableMapping, TimeScale, TimeUnit, World};
 use columns::Understood;
 use hovernav_dataset::{Dataset, LogError, Manifest};
+use travel::StatedUnits;
 use turn::Turn;
 
 /// The result of `hovernav init` for foreign text files.
@@ -64,7 +66,7 @@ impl Proposal {
         }
         understood.sort_by_key(|one| one.is_without_gravity);
         keep_the_first(&mut understood, &mut checks);
-        add_gravity(&mut understood);
+        let mut findings = Vec::from_iter(add_gravity(&mut understood));
         let has_any = understood.iter().any(|one| {
             let table = &one.mapping;
             table.gyro.is_some() || table.accel.is_some() || table.gps.is_some()
@@ -88,27 +90,45 @@ impl Proposal {
         checks.extend(understood.iter().flat_map(|one| one.checks.iter().cloned()));
         let tables = understood.iter().map(|one| one.mapping.clone()).collect();
         let mut mapping = Mapping { table: tables };
-        let mut findings = Vec::new();
         let mut dataset = read(&mapping)?;
+        if judge_velocity(&mut mapping, &dataset, &mut checks) {
+            dataset = read(&mapping)?;
+        }
         if report::are_apart(&dataset)
             && let Some((undated, met)) = without_dates(&mapping, &mut findings)?
         {
             (mapping, dataset) = (undated, met);
         }
-        let before = mapping.clone();
-        if settle_gyro_unit(&mut mapping, &dataset, &mut findings) {
-            checks.retain(|check| !check.starts_with("gyro: rates reach"));
+        let mut stated = stated_units(&understood);
+        let is_scalar_moved = attitude::settle_scalar(&mut mapping, &dataset);
+        let is_rate_found =
+            settle_rate(&mut mapping, &dataset, stated, &understood, &mut findings, &mut checks);
+        if is_scalar_moved || is_rate_found {
+            dataset = read(&mapping)?;
         }
-        let stated = understood.iter().find(|one| one.mapping.gps.is_some());
-        let stated = stated.map_or_else(travel::StatedUnits::default, |one| one.stated);
+        let before = mapping.clone();
+        if units::settle_gyro(&mut mapping, &dataset, &mut findings, &mut checks) {
+            stated.gyro = true;
+            checks.retain(|check| !check.starts_with(units::GYRO_UNSTATED));
+        }
         settle_speed_unit(&mut mapping, &dataset, stated, &mut findings, &mut checks)?;
+        stated.height = units::settle_height(&mut mapping, &dataset, stated, &mut findings);
         if mapping != before {
             dataset = read(&mapping)?;
         }
+        units::settle_vertical(&mut mapping, &mut dataset, stated, &mut findings);
+        let found = units::settle_by_filter(
+            &mut mapping,
+            &mut dataset,
+            &mut stated,
+            &mut findings,
+            &mut checks,
+        );
+        units::settle_vertical(&mut mapping, &mut dataset, stated, &mut findings);
         if let Some(gps) = mapping.table.iter().find_map(|table| table.gps.as_ref()) {
             travel::judge_climb(gps, &dataset.fixes, stated, &mut checks);
         }
-        let found = turn::found(&dataset);
+        units::settle_baro(&mut mapping, &dataset, stated, &mut findings, &mut checks);
         turn_axes(&mut mapping, &found.turn);
         findings.extend(found.findings);
         checks.extend(found.checks);
@@ -170,6 +190,82 @@ fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
     Ok(expanded)
 }
 
+/// Removes the velocities of a file without positions if the positions do not move along them: those of a filter in the
+/// vehicle's axes, for example. Returns whether it removes them.
+fn judge_velocity(mapping: &mut Mapping, dataset: &Dataset, checks: &mut Vec<String>) -> bool {
+    let gps = mapping.table.iter().find_map(|table| table.gps.as_ref());
+    let is_needed = gps.is_some_and(|gps| gps.north.is_empty() && gps.speed.is_empty());
+    let Some(table) = mapping.table.iter_mut().find(|table| table.velocity.is_some()) else {
+        return false;
+    };
+    if !is_needed {
+        table.velocity = None;
+        return false;
+    }
+    let file = table.file.display();
+    let is_other =
+        travel::travel(&dataset.fixes).is_some_and(|travel| travel.cosine < travel::LEAST_COSINE);
+    checks.push(match is_other {
+        true => format!("the velocity of {file} is ignored: the positions do not move along it"),
+        false => format!(
+            "the velocity of {file} is read as east, north and up, and as that of the fixes"
+        ),
+    });
+    if is_other {
+        table.velocity = None;
+    }
+    is_other
+}
+
+/// Determines the rate of a counter from the speed of the receiver in the same file and the distances between its
+/// positions. Returns whether it does.
+fn settle_rate(
+    mapping: &mut Mapping,
+    dataset: &Dataset,
+    stated: StatedUnits,
+    understood: &[Understood],
+    findings: &mut Vec<String>,
+    checks: &mut Vec<String>,
+) -> bool {
+    let travelled = travel::travel(&dataset.fixes);
+    let Some(travelled) = travelled.filter(|one| one.cosine >= travel::DECISIVE_COSINE) else {
+        return false;
+    };
+    let mut tables = mapping.table.iter_mut().zip(understood);
+    let Some((table, one)) = tables.find(|(table, _)| table.gps.is_some()) else { return false };
+    let Some(assumed_hz) = one.count_hz else { return false };
+    // Three significant digits: positions scatter.
+    let rate_hz = assumed_hz / travelled.ratio;
+    let digits = 10f64.powf(2.0 - rate_hz.log10().floor());
+    let rate_hz = (rate_hz * digits).round() / digits;
+    (table.time.unit, table.time.rate_hz) = (TimeUnit::Count, Some(rate_hz));
+    checks.retain(|check| !check.starts_with(time::COUNTED));
+    let column = &table.time.column;
+    findings.push(format!(
+        "the speeds agree with the distances between the fixes if {column} counts at {rate_hz} Hz"
+    ));
+    if !stated.speed {
+        checks.push(format!(
+            "time: the rate of {column} is from speeds in m/s, a unit that no name states: check rate_hz \
+             under [table.time]"
+        ));
+    }
+    true
+}
+
+/// The stated units of all sensors, each from the file that has the sensor.
+fn stated_units(understood: &[Understood]) -> StatedUnits {
+    let of = |has: fn(&TableMapping) -> bool| {
+        let one = understood.iter().find(|one| has(&one.mapping));
+        one.map_or_else(StatedUnits::default, |one| one.stated)
+    };
+    StatedUnits {
+        baro: of(|table| table.baro.is_some()).baro,
+        gyro: of(|table| table.gyro.is_some()).gyro,
+        ..of(|table| table.gps.is_some())
+    }
+}
+
 fn read(mapping: &Mapping) -> Result<Dataset, LogError> {
     let here = Path::new("");
     Ok(crate::text::dataset(here, mapping, Manifest::default(), Vec::new())?.0)
@@ -227,51 +323,29 @@ fn keep_the_first(understood: &mut [Understood], checks: &mut Vec<String>) {
     }
 }
 
-/// Keeps columns of gravity only if the accelerometer is in another file and does not measure gravity. Then both have
-/// one unit.
-fn add_gravity(understood: &mut [Understood]) {
+/// Keeps columns of gravity only if the accelerometer does not measure gravity. Then both have one unit, and a sentence
+/// reports the sum.
+fn add_gravity(understood: &mut [Understood]) -> Option<String> {
     let linear = understood.iter().position(|one| one.mapping.accel.is_some());
     let linear = linear.filter(|at| understood[*at].is_without_gravity);
     let gravity = understood.iter().position(|one| one.mapping.gravity.is_some());
     for (at, one) in understood.iter_mut().enumerate() {
-        let is_needed = Some(at) == gravity && linear.is_some_and(|linear| linear != at);
+        let is_needed = Some(at) == gravity && linear.is_some();
         one.mapping.gravity = one.mapping.gravity.take().filter(|_| is_needed);
     }
-    let unit = gravity.and_then(|at| Some(understood[at].mapping.gravity.as_ref()?.unit));
-    if let (Some(unit), Some(one)) = (unit, linear.and_then(|at| understood.get_mut(at))) {
-        one.checks.retain(|check| !check.starts_with("accel: found a median"));
-        if let Some(accel) = &mut one.mapping.accel {
-            accel.unit = unit;
-        }
-    }
-}
-
-/// Changes the gyro's unit if the gyro's angles agree with those of the attitude only then. Returns whether the
-/// attitude determines the unit.
-fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec<String>) -> bool {
-    let steps = together::steps(&dataset.imu, crate::text::Axes::FORWARD_RIGHT_DOWN);
-    let Some(ratio) = together::attitude_ratio(&steps) else { return false };
-    let Some(gyro) = mapping.table.iter_mut().find_map(|table| table.gyro.as_mut()) else {
-        return false;
-    };
-    let degrees = std::f64::consts::PI / 180.0;
-    let near = |expected: f64| (0.5..2.0).contains(&(ratio / expected));
-    if near(1.0) {
-        return true;
-    }
-    let unit = match gyro.unit {
-        RateUnit::RadiansPerSecond if near(degrees) => RateUnit::DegreesPerSecond,
-        RateUnit::DegreesPerSecond if near(1.0 / degrees) => RateUnit::RadiansPerSecond,
-        RateUnit::Radians if near(degrees) => RateUnit::Degrees,
-        RateUnit::Degrees if near(1.0 / degrees) => RateUnit::Radians,
-        _ => return false,
-    };
-    gyro.unit = unit;
-    findings.push(format!(
-        "the gyro's angles agree with the attitude's if the gyro is in {}",
-        unit.name()
-    ));
-    true
+    let TableMapping { gravity, file, .. } = understood[gravity?].mapping.clone();
+    let gravity = gravity?;
+    let one = &mut understood[linear?];
+    one.checks.retain(|check| !check.starts_with("accel: found a median"));
+    let accel = one.mapping.accel.as_mut()?;
+    accel.unit = gravity.unit;
+    Some(format!(
+        "{} of {} is without gravity: {} of {} is added, and the sum is the specific force",
+        accel.columns.join(" "),
+        one.mapping.file.display(),
+        gravity.columns.join(" "),
+        file.display()
+    ))
 }
 
 /// Determines the units of the receiver's speed and course from its positions, if `stated` says that neither name nor
@@ -279,7 +353,7 @@ fn settle_gyro_unit(mapping: &mut Mapping, dataset: &Dataset, findings: &mut Vec
 fn settle_speed_unit(
     mapping: &mut Mapping,
     dataset: &Dataset,
-    stated: travel::StatedUnits,
+    stated: StatedUnits,
     findings: &mut Vec<String>,
     checks: &mut Vec<String>,
 ) -> Result<(), LogError> {

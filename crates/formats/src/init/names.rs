@@ -125,7 +125,7 @@ fn scalar(name: &str) -> Option<Quantity> {
     Some(match name {
         "t" | "ts" | "sec" | "secs" | "seconds" | "millis" | "micros" | "ms" | "us" | "ns"
         | "stamp" | "tow" | "itow" | "sow" | "elapsed" | "elapsedtime" | "datetime" | "utc"
-        | "utctime" | "hms" | "hhmmss" | "clock" => Q::Time,
+        | "utctime" | "hms" | "hhmmss" | "clock" | "epoch" | "mjd" => Q::Time,
         "date" | "utcdate" | "ddmmyy" => Q::Date,
         "week" | "wk" | "wn" | "gwk" | "weekno" | "weeknumber" => Q::Week,
         "p" | "rollrate" | "rollspeed" => Q::Gyro(0),
@@ -145,18 +145,19 @@ fn scalar(name: &str) -> Option<Quantity> {
         "vd" | "veld" | "velnedd" | "vdown" | "veldown" | "downvelocity" | "velocitydown"
         | "velocityd" => Q::Velocity(2),
         "vu" | "velu" | "vup" | "velup" | "upvelocity" | "velocityup" | "climb" | "climbrate"
-        | "verticalspeed" => Q::Up,
+        | "verticalspeed" | "vertspeed" | "vspeed" | "vspd" => Q::Up,
         "speed" | "gspeed" | "groundspeed" | "gndspd" | "sog" | "spd" | "vel" | "velocity" => {
             Q::Speed
         }
         "course" | "cog" | "track" | "trk" | "direction" | "crs" | "gcrs" | "headmot"
-        | "courseoverground" | "bearing" => Q::Course,
+        | "courseoverground" | "groundcourse" | "bearing" => Q::Course,
         "hacc" | "eph" | "sigmah" | "horizontalaccuracy" | "sigmahorizontal" => Q::SigmaHorizontal,
         "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "sigmavertical" => Q::SigmaVertical,
         "sacc" | "speedaccuracy" | "sigmavh" | "velacc" | "sigmaspeed" => Q::SigmaSpeed,
         "sigmavv" => Q::SigmaVerticalSpeed,
         "fix" | "fixtype" | "fixstatus" | "fixvalid" | "valid" => Q::FixType,
         "numsv" | "nsv" => Q::Satellites,
+        _ if has(&["undulation", "geoidsep", "geoidheight", "geoidalsep"]) => Q::Undulation,
         _ if has(&["accuracy"]) => return None,
         _ if name.starts_with("time")
             || ["time", "timestamp", "timefine"].iter().any(|end| name.ends_with(end)) =>
@@ -245,6 +246,8 @@ mod tests {
             ("lat_std [m]", Q::SigmaPosition(0), Some("m")),
             ("sigma_vd_mps", Q::SigmaVelocity(2), Some("m/s")),
             ("numSV", Q::Satellites, None),
+            ("undulation (m)", Q::Undulation, Some("m")),
+            ("geoidal_separation", Q::Undulation, None),
             ("VALID", Q::FixType, None),
             ("gps_valid", Q::FixType, None),
             ("baro_alt_m", Q::BaroHeight, Some("m")),
@@ -274,6 +277,8 @@ mod tests {
             ("field.latitude", Q::Latitude),
             ("/gps/fix/longitude", Q::Longitude),
             ("/mavros/imu/data/angular_velocity/y", Q::Gyro(1)),
+            ("field.twist.linear.x", Q::Twist(0)),
+            ("twist.twist.linear.z", Q::Twist(2)),
             ("GNSS1::PosLla::altitude [m]", Q::Height(None)),
             ("GNSS1::VelNed::N [m/s]", Q::Velocity(0)),
             ("IMU::UncompAccel::X [m/s^2]", Q::Accel(0)),

@@ -2,31 +2,34 @@
 
 use std::collections::BTreeMap;
 
+use super::axis_names::quaternion;
+use super::words::words;
+
 /// Sensors of phone loggers, whose columns are called x, y and z: parts of the file's name, and the sensor.
-const OF_FILES: [(&str, Option<&str>); 7] = [
-    // A linear acceleration lacks gravity, so it is no specific force.
-    ("linear", None),
-    ("gravity", Some("gravity")),
-    ("gyro", Some("gyro")),
-    ("magnet", Some("mag")),
-    ("accel", Some("accel")),
-    ("rotationrate", Some("gyro")),
-    ("compass", Some("mag")),
+const OF_FILES: [(&str, &str); 7] = [
+    ("linear", "linear accel"),
+    ("gravity", "gravity"),
+    ("gyro", "gyro"),
+    ("magnet", "mag"),
+    ("accel", "accel"),
+    ("rotationrate", "gyro"),
+    ("compass", "mag"),
 ];
 
 /// The `names` of a file called `file`, with letters instead of numbers. `gyroADC[0]` and `gyro_1` become axis x, `x`
 /// in `Gyroscope.csv` becomes `gyro x`.
 pub(super) fn lettered(names: &[String], file: &str) -> Vec<String> {
     let mut by_stem: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-    let split: Vec<Option<(String, usize)>> = names.iter().map(|name| indexed(name)).collect();
-    for (stem, index) in split.iter().flatten() {
-        by_stem.entry(stem.clone()).or_default().push(*index);
+    let split: Vec<Option<Indexed<'_>>> = names.iter().map(|name| indexed(name)).collect();
+    for Indexed { stem, index, .. } in split.iter().flatten() {
+        by_stem.entry((*stem).to_owned()).or_default().push(*index);
     }
     let letters = |stem: &str, index: usize| {
         let found = by_stem.get(stem)?;
         let count = found.len();
         let first = *found.iter().min()?;
         let all: &[&str] = match count {
+            2 if stem.to_lowercase().ends_with("coord") => &["lat", "lon"],
             3 => &["x", "y", "z"],
             4 => &["w", "x", "y", "z"],
             _ => return None,
@@ -38,8 +41,8 @@ pub(super) fn lettered(names: &[String], file: &str) -> Vec<String> {
     let lettered = names.iter().zip(&split).map(|(name, split)| {
         let bare = name.split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
         match (split, sensor) {
-            (Some((stem, index)), _) => match letters(stem, *index) {
-                Some(letter) => format!("{stem} {letter}"),
+            (Some(Indexed { stem, index, unit }), _) => match letters(stem, *index) {
+                Some(letter) => format!("{stem} {letter}{unit}"),
                 None => name.clone(),
             },
             (None, Some(sensor)) if matches!(&*bare, "x" | "y" | "z") => format!("{sensor} {name}"),
@@ -52,17 +55,34 @@ pub(super) fn lettered(names: &[String], file: &str) -> Vec<String> {
 /// The sensor of a phone that the name of the file denotes, if any.
 fn sensor_of(file: &str) -> Option<&'static str> {
     let name: String = file.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
-    OF_FILES.iter().find(|(part, _)| name.contains(part)).and_then(|(_, sensor)| *sensor)
+    OF_FILES.iter().find(|(part, _)| name.contains(part)).map(|(_, sensor)| *sensor)
 }
 
-/// A name that ends in a number, and the number: `gyroADC[0]`, `gyro_1`.
-fn indexed(name: &str) -> Option<(String, usize)> {
-    let (stem, index) = match name.trim().strip_suffix([']', ')']) {
+/// A name that ends in a number.
+struct Indexed<'a> {
+    stem: &'a str,
+    index: usize,
+    /// The unit behind the number, with its brackets.
+    unit: &'a str,
+}
+
+/// The parts of a name that ends in a number: `gyroADC[0]`, `gyroADC[0] (deg/s)`, `gyro_1`. Names of quaternions may lack
+/// a separator: `q1`, `Quat4`.
+fn indexed(name: &str) -> Option<Indexed<'_>> {
+    let unit = name.rfind([' ', ']']).map_or("", |at| &name[at..]);
+    let unit = unit.strip_prefix(']').unwrap_or(unit);
+    let unit = if unit.trim_start().starts_with(['(', '[']) { unit } else { "" };
+    let name = name[..name.len() - unit.len()].trim();
+    let (stem, index) = match name.strip_suffix([']', ')']) {
         Some(inside) => inside.rsplit_once(['[', '('])?,
-        None => name.trim().rsplit_once('_')?,
+        None => name.rsplit_once('_').filter(|(_, index)| index.len() == 1).or_else(|| {
+            let (stem, index) = name.split_at_checked(name.len().checked_sub(1)?)?;
+            let scalar = words(stem).concat() + "w";
+            quaternion(&scalar).map(|_| (stem, index))
+        })?,
     };
     let index = index.trim().parse().ok().filter(|index| *index < 10)?;
-    (!stem.is_empty()).then(|| (stem.to_owned(), index))
+    (!stem.is_empty()).then_some(Indexed { stem, index, unit })
 }
 
 /// A name without numbers in brackets that every column of a sensor has: `IMU_ATTI(0):accel:X`, `GPS[0].Lat`.
@@ -89,9 +109,24 @@ mod tests {
                 ["gyroADC x", "gyroADC y", "gyroADC z"],
             ),
             (["acc_1", "acc_2", "acc_3"], "log.csv", ["acc x", "acc y", "acc z"]),
+            (
+                ["gyro[0] (deg/s)", "gyro[1] (deg/s)", "gyro[2] (deg/s)"],
+                "log.csv",
+                ["gyro x (deg/s)", "gyro y (deg/s)", "gyro z (deg/s)"],
+            ),
+            (
+                ["GPS_coord[0]", "GPS_coord[1]", "t"],
+                "log.csv",
+                ["GPS_coord lat", "GPS_coord lon", "t"],
+            ),
             (["acc_1", "acc_2", "t_3"], "log.csv", ["acc_1", "acc_2", "t_3"]),
+            (["ch1", "ch2", "ch3"], "log.csv", ["ch1", "ch2", "ch3"]),
             (["z", "y (m/s^2)", "t"], "Accelerometer.csv", ["accel z", "accel y (m/s^2)", "t"]),
-            (["x", "y", "z"], "Linear Accelerometer.csv", ["x", "y", "z"]),
+            (
+                ["x", "y", "z"],
+                "Linear Accelerometer.csv",
+                ["linear accel x", "linear accel y", "linear accel z"],
+            ),
             (
                 ["IMU_ATTI(0):accel:X", "time(s)", "GPS[0].Lat"],
                 "log.csv",
@@ -100,6 +135,11 @@ mod tests {
         ] {
             let names = names.map(str::to_owned);
             assert_eq!(lettered(&names, file), expected, "{names:?}");
+        }
+        for stem in ["q", "Quat", "Quaternion ", "att_q"] {
+            let names = [1, 2, 3, 4].map(|number| format!("{stem}{number}"));
+            let expected = ["w", "x", "y", "z"].map(|letter| format!("{stem} {letter}"));
+            assert_eq!(lettered(&names, "log.csv"), expected, "{names:?}");
         }
     }
 }

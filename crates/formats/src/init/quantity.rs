@@ -27,8 +27,12 @@ pub(crate) enum Quantity {
     Latitude,
     Longitude,
     Height(Option<HeightAbove>),
+    /// Height of the geoid above the ellipsoid.
+    Undulation,
     /// North, east, down.
     Velocity(usize),
+    /// East, north, up, of a message that has only a velocity.
+    Twist(usize),
     Up,
     Speed,
     Course,
@@ -49,6 +53,23 @@ pub(crate) enum Quantity {
 }
 
 impl Quantity {
+    /// Whether the quantity is one of a receiver's fix.
+    pub(super) const fn is_of_receiver(self) -> bool {
+        matches!(
+            self,
+            Self::Latitude
+                | Self::Longitude
+                | Self::Height(_)
+                | Self::Undulation
+                | Self::Velocity(_)
+                | Self::Up
+                | Self::Speed
+                | Self::Course
+                | Self::FixType
+                | Self::Satellites
+        ) || self.is_sigma()
+    }
+
     /// Whether the quantity is a one-sigma of a position or velocity.
     pub(super) const fn is_sigma(self) -> bool {
         matches!(

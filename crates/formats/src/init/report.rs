@@ -75,7 +75,9 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
                 "" => String::new(),
                 _ => format!(", {}", gps.course_unit.name()),
             };
-            line("", &velocity, format!("{}{course}", gps.speed_unit.name()));
+            let vertical =
+                gps.vertical_unit.map_or_else(String::new, |unit| format!(", {}", unit.name()));
+            line("", &velocity, format!("{}{course}{vertical}", gps.speed_unit.name()));
         }
         let GpsColumns { sigma_horizontal, sigma_vertical, sigma_north, .. } = gps;
         let position = [sigma_north, &gps.sigma_east, &gps.sigma_down];
@@ -90,6 +92,10 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
             let unit = gps.sigma_speed_unit.unwrap_or(gps.speed_unit);
             line("", &velocity, format!("{}, one-sigma", unit.name()));
         }
+    }
+    if let Some(velocity) = &table.velocity {
+        let rest = format!("{}, {}, of the fixes", velocity.unit.name(), velocity.world.name());
+        line("velocity", &velocity.columns.join(" "), rest);
     }
     if let Some(baro) = &table.baro {
         line("baro", &baro.column, format!("{}{}", baro.unit.name(), held(baro.held)));

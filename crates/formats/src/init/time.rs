@@ -20,7 +20,10 @@ impl Reader<'_> {
         let column = self.time_column()?;
         let rises = self.look.rises(column);
         let step = self.look.step(column);
+        let is_count = self.look.counts(column) && self.known.unit(column).is_none();
+        let rate_hz = self.look.layout.rate_mhz.filter(|_| is_count).map(|rate| rate as f64 * 1e-3);
         let unit = match self.known.unit(column) {
+            _ if rate_hz.is_some() => TimeUnit::Count,
             _ if self.look.are_clock[column] => TimeUnit::Clock,
             _ if self.is_hhmmss(column) => TimeUnit::HoursMinutesSeconds,
             _ if self.is_between(column, FILE_TIMES) => TimeUnit::FileTime,
@@ -32,12 +35,22 @@ impl Reader<'_> {
             Some("ms") => TimeUnit::Milliseconds,
             Some("us") => TimeUnit::Microseconds,
             Some("ns") => TimeUnit::Nanoseconds,
+            Some("d") => TimeUnit::Days,
             _ => time_unit(step, has_motion),
+        };
+        let is_mjd = self.look.layout.names[column].to_lowercase().contains("mjd");
+        let unit = match unit {
+            TimeUnit::Days if is_mjd => TimeUnit::ModifiedJulianDays,
+            TimeUnit::Days if self.is_between(column, SPREADSHEET_DAYS) => {
+                TimeUnit::SpreadsheetDays
+            }
+            TimeUnit::Days if self.is_between(column, DATENUMS) => TimeUnit::Datenum,
+            unit => unit,
         };
         let date = self.date(column, unit, checks);
         let week = self.week(column, unit, checks);
         let name = self.name(column);
-        let step_s = step * unit.seconds();
+        let step_s = step * unit.seconds() / rate_hz.unwrap_or(1.0);
         let longest_s = if has_motion { 0.2 } else { 30.0 };
         if !(1e-5..=longest_s).contains(&step_s) {
             checks.push(format!(
@@ -47,6 +60,23 @@ impl Reader<'_> {
         }
         if !rises {
             self.describe_rise(column, checks);
+        }
+        self.is_counted = is_count && has_motion && rate_hz.is_none();
+        if self.is_counted {
+            checks.push(format!(
+                "{COUNTED} {name} of {} counts rows and states no unit: read as {}, {:.0} Hz; if it is no \
+                 time, set unit = \"count\" and rate_hz under [table.time]",
+                self.file,
+                unit.name(),
+                1.0 / step_s
+            ));
+        }
+        if unit == TimeUnit::SpreadsheetDays {
+            checks.push(format!(
+                "time {name} is in days since 30 December 1899, as spreadsheets count, and names no zone: \
+                 read as UTC; for local times set offset_s under [table.time], -3600 per hour east of \
+                 Greenwich"
+            ));
         }
         let lower = name.to_lowercase();
         if unit.is_of_day() && (lower.contains("local") || lower.contains("lcl")) {
@@ -67,20 +97,36 @@ impl Reader<'_> {
             scale: if week.is_some() { TimeScale::Gps } else { TimeScale::Own },
             date: date.map_or_else(String::new, |column| self.name(column)),
             week: week.map_or_else(String::new, |column| self.name(column)),
+            rate_hz,
             ..TimeColumn::default()
         })
     }
 
     /// The column of the time, by name: one that rises on every row, otherwise one that repeats values, otherwise one
-    /// of dates. Without such a name it is the first column, if its name is not recognised and it rises.
+    /// of dates. Without such a name it is the first column, if its name is not recognised and it rises. A column that
+    /// counts is the last choice; then any column that is not recognised and rises evenly is a time.
     fn time_column(&self) -> Option<usize> {
+        let all = 0..self.look.columns.len();
         let of = |quantity: Quantity| {
-            let columns = || (0..self.look.columns.len()).filter(move |&c| self.is(c, quantity));
-            let rising = columns().find(|column| self.look.rises(*column));
-            rising.or_else(|| columns().find(|column| self.look.climbs(*column)))
+            let columns = || all.clone().filter(move |&c| self.is(c, quantity));
+            let rising = |&column: &usize| self.look.rises(column);
+            let counts = |column: &usize| self.look.counts(*column);
+            (columns().find(|column| rising(column) && !counts(column)))
+                .or_else(|| columns().find(|column| self.look.climbs(*column)))
+                .or_else(|| columns().find(rising))
         };
-        let bare = || self.look.rises(0).then_some(0).filter(|_| self.known.meanings[0].is_none());
-        of(Quantity::Time).or_else(|| of(Quantity::Date)).or_else(bare)
+        let is_bare = |&column: &usize| {
+            self.known.meanings[column].is_none()
+                && self.look.rises(column)
+                && !self.look.counts(column)
+                && (column == 0 || self.look.is_even(column))
+        };
+        let counts = |&column: &usize| self.look.counts(column);
+        let first = || all.clone().find(|&c| c == 0 && self.known.meanings[c].is_none());
+        of(Quantity::Time)
+            .or_else(|| of(Quantity::Date))
+            .or_else(|| all.clone().find(is_bare))
+            .or_else(|| first().filter(counts))
     }
 
     fn is_between(&self, column: usize, range: std::ops::Range<f64>) -> bool {
@@ -129,7 +175,8 @@ impl Reader<'_> {
         const DAY_S: f64 = 86_400.0;
         let date = self.known.column(Quantity::Date).filter(|date| *date != time)?;
         // A time that includes its date needs no date column.
-        if unit == TimeUnit::Clock && self.look.largest(time) >= DAY_S {
+        let is_hhmmss = unit == TimeUnit::HoursMinutesSeconds;
+        if !is_hhmmss && self.look.largest(time) * unit.seconds() >= DAY_S {
             return None;
         }
         if !unit.is_of_day() {
@@ -195,11 +242,25 @@ impl Reader<'_> {
     }
 }
 
+/// Days from 1982 to 2064, as spreadsheets count them.
+const SPREADSHEET_DAYS: std::ops::Range<f64> = 3e4..6e4;
+/// Days from 1981 to 2064, counted from the year 0.
+const DATENUMS: std::ops::Range<f64> = 7.235e5..7.54e5;
+
+/// Beginning of the check of a time that may be a number of rows.
+pub(super) const COUNTED: &str = "time: the counter";
+
 /// The unit in which `step` is a plausible interval: 0.2 to 150 ms for an IMU, 15 ms to 15 s for a receiver alone.
+/// Spreadsheets count in days.
 fn time_unit(step: f64, has_motion: bool) -> TimeUnit {
     let [least, most] = if has_motion { [2e-4, 0.15] } else { [0.015, 15.0] };
-    let units =
-        [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
+    let units = [
+        TimeUnit::Seconds,
+        TimeUnit::Milliseconds,
+        TimeUnit::Microseconds,
+        TimeUnit::Nanoseconds,
+        TimeUnit::Days,
+    ];
     let fits = |unit: &TimeUnit| (least..most).contains(&(step * unit.seconds()));
     units.into_iter().find(fits).unwrap_or_default()
 }

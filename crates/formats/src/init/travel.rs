@@ -6,28 +6,29 @@ use super::look::median;
 use crate::text::{CourseUnit, GpsColumns, SpeedUnit};
 use hovernav::gps::Fix;
 
-/// Largest ratio of the two distances, or of its inverse, at which a unit fits. Units differ by at least 15 % (knots
-/// and miles per hour), and positions scatter.
+/// Largest ratio of the two distances, or of its inverse, at which a unit fits. Units differ by at least 10 % (feet per
+/// second and km/h), and positions scatter.
 const UNIT_TOLERANCE: f64 = 1.07;
 /// Ratio of speed to displacement, or its inverse, above which a warning is given.
 const SPEED_TOLERANCE: f64 = 1.1;
 /// [`SPEED_TOLERANCE`] for directions that disagree because the positions scatter.
 const SPEED_TOLERANCE_SCATTERED: f64 = 1.5;
 /// Cosine of the angle between velocity and displacement below which they are inconsistent.
-const LEAST_COSINE: f64 = 0.7;
+pub(super) const LEAST_COSINE: f64 = 0.7;
 /// Cosine above which velocity and displacement determine a unit. It is lower if the positions scatter by half the
 /// vehicle's movement.
 pub(super) const DECISIVE_COSINE: f64 = 0.9;
 /// Number of legs needed for a conclusion.
 const LEAST_LEGS: usize = 5;
 
-const SPEED_UNITS: [SpeedUnit; 6] = [
+const SPEED_UNITS: [SpeedUnit; 7] = [
     SpeedUnit::MetresPerSecond,
     SpeedUnit::CentimetresPerSecond,
     SpeedUnit::MillimetresPerSecond,
     SpeedUnit::KilometresPerHour,
     SpeedUnit::Knots,
     SpeedUnit::MilesPerHour,
+    SpeedUnit::FeetPerSecond,
 ];
 pub(super) const COURSE_UNITS: [CourseUnit; 4] =
     [CourseUnit::Degrees, CourseUnit::Radians, CourseUnit::Centidegrees, CourseUnit::ScaledDegrees];
@@ -41,6 +42,12 @@ pub(crate) struct StatedUnits {
     pub course: bool,
     /// Whether the unit of the vertical velocity is stated.
     pub vertical: bool,
+    /// Whether the unit of the height is stated.
+    pub height: bool,
+    /// Whether the unit of the barometer is stated. That of a pressure follows from its size.
+    pub baro: bool,
+    /// Whether the unit of the gyros is stated.
+    pub gyro: bool,
 }
 
 /// Agreement of a receiver's velocity with its positions.
@@ -225,10 +232,10 @@ pub(super) fn judge_climb(
         Some(ratio) if !(0.75..1.33).contains(&ratio) => checks.push(format!(
             "gps: {column}, read as {} with the assumed sign, gives {:.2} times the change of \
              height: check its unit and sign, and the unit of the height",
-            gps.speed_unit.name(),
+            gps.vertical_unit().name(),
             1.0 / ratio
         )),
-        None if !stated.vertical && gps.speed_unit != SpeedUnit::MetresPerSecond => {
+        None if !stated.vertical && gps.vertical_unit() != SpeedUnit::MetresPerSecond => {
             checks.push(format!(
                 "gps: the unit of {column} is not stated and is assumed to be {}, as for the speed \
                  over ground",
@@ -241,25 +248,29 @@ pub(super) fn judge_climb(
 
 /// The change of height divided by the integrated vertical velocity; `None` if the vehicle climbs too little, or too
 /// unsteadily, to decide.
-fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
-    /// Shortest leg, and longest interval between consecutive fixes, s.
-    const LEG_S: [f64; 2] = [5.0, 2.5];
+pub(super) fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
+    /// Shortest and longest leg, s. A leg ends at the smallest change of height that counts.
+    const LEG_S: std::ops::Range<f64> = 5.0..60.0;
+    /// Longest interval between consecutive fixes, s.
+    const LONGEST_STEP_S: f64 = 2.5;
     /// Smallest change of height that counts, m; heights scatter by metres.
     const LEAST_M: f64 = 8.0;
     let (mut ratios, mut first, mut climbed_m) = (Vec::new(), 0, 0.0);
     for (at, pair) in fixes.windows(2).enumerate() {
         let interval_s = pair[1].time - pair[0].time;
         let down = pair[0].down_velocity_mps.zip(pair[1].down_velocity_mps);
-        let Some((before, after)) = down.filter(|_| interval_s <= LEG_S[1]) else {
+        let Some((before, after)) = down.filter(|_| interval_s <= LONGEST_STEP_S) else {
             (first, climbed_m) = (at + 1, 0.0);
             continue;
         };
         climbed_m -= 0.5 * (before + after) * interval_s;
-        if pair[1].time - fixes[first].time >= LEG_S[0] {
-            let risen_m = pair[1].position.height_m - fixes[first].position.height_m;
-            if risen_m.abs() >= LEAST_M {
-                ratios.push(risen_m / climbed_m);
-            }
+        let leg_s = pair[1].time - fixes[first].time;
+        let risen_m = pair[1].position.height_m - fixes[first].position.height_m;
+        let is_climb = risen_m.abs() >= LEAST_M && leg_s >= LEG_S.start;
+        if is_climb {
+            ratios.push(risen_m / climbed_m);
+        }
+        if is_climb || leg_s >= LEG_S.end {
             (first, climbed_m) = (at + 1, 0.0);
         }
     }

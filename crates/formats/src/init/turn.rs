@@ -16,7 +16,7 @@ const TRIAL_SAMPLES: usize = 60_000;
 const TRIAL_FIXES: usize = 15;
 
 /// Smallest score of a trial at which the fixes contradict the axes.
-const DISAGREES: f64 = 1.0;
+pub(super) const DISAGREES: f64 = 1.0;
 
 /// The axes of each sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +31,10 @@ pub(crate) struct Turn {
 /// The axes with the messages about them.
 pub(crate) struct Found {
     pub turn: Turn,
+    /// Mean square of the normalised innovations with `turn`: about 1 if all is right, infinite without a trial.
+    pub score: f64,
+    /// The same of the heights alone.
+    pub height_score: f64,
     pub findings: Vec<String>,
     pub checks: Vec<String>,
 }
@@ -44,7 +48,13 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
         attitude_signs: [1.0; 3],
         yaw_offset_deg: 0.0,
     };
-    let mut found = Found { turn: identity, findings: Vec::new(), checks: Vec::new() };
+    let mut found = Found {
+        turn: identity,
+        score: f64::INFINITY,
+        height_score: f64::INFINITY,
+        findings: Vec::new(),
+        checks: Vec::new(),
+    };
     let Some(gravity) = median_force(&dataset.imu) else { return found };
     let norm = gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
     let [x, y, z] = gravity;
@@ -71,7 +81,7 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
     // The readings are the same if an IMU is mounted the other way up and its accelerometers have the opposite sign.
     let other = upright(axis, gravity[axis] < 0.0);
     let candidates = [(first, first), (other, other.reversed())];
-    let mut tried: Vec<(f64, Turn, Vec<String>)> = Vec::new();
+    let mut tried: Vec<([f64; 2], Turn, Vec<String>)> = Vec::new();
     for (gyro, accel) in candidates {
         for (turn, notes) in turns(dataset, gyro, accel) {
             tried.push((trial(dataset, &turn), turn, notes));
@@ -79,15 +89,16 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
     }
     // The first candidate is the usual one. It is chosen if the fixes do not contradict it; otherwise another candidate
     // must be clearly better.
-    let usual = tried.first().filter(|(score, ..)| *score < DISAGREES);
-    let Some((score, turn, notes)) = usual.or_else(|| {
+    let usual = tried.first().filter(|([score, _], ..)| *score < DISAGREES);
+    let Some(([score, height_score], turn, notes)) = usual.or_else(|| {
         let handicap = |index: usize| if index == 0 { 0.7 } else { 1.0 };
-        let scores = tried.iter().enumerate().map(|(index, one)| (one.0 * handicap(index), one));
+        let scores = tried.iter().enumerate().map(|(index, one)| (one.0[0] * handicap(index), one));
         scores.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, best)| best)
     }) else {
         return found;
     };
     found.turn = *turn;
+    (found.score, found.height_score) = (*score, *height_score);
     found.findings.extend(notes.iter().cloned());
     if turn.accel != turn.gyro {
         found.findings.push(format!(
@@ -171,23 +182,20 @@ fn turns(dataset: &Dataset, gyro: Axes, accel: Axes) -> Vec<(Turn, Vec<String>)>
     turns
 }
 
-/// Score of `turn`; smaller is better. It is the mean square of the normalised innovations of the first fixes. A
+/// Scores of `turn`, of all together and of the heights; smaller is better. It is the mean square of the normalised innovations of the first fixes. A
 /// heading that differs from the IMU's own adds a penalty. Infinite if the filter cannot run.
-fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
-    let Some(first) = dataset.fixes.first() else { return f64::INFINITY };
-    let begin = dataset.imu.partition_point(|sample| sample.time < first.time.offset_by(-5.0));
-    let samples = dataset.imu.iter().skip(begin).take(TRIAL_SAMPLES);
-    let mut trial = Dataset {
-        manifest: dataset.manifest.clone(),
-        imu: samples.map(|sample| turned(sample, turn)).collect(),
-        fixes: dataset.fixes.clone(),
-        ..Dataset::default()
-    };
-    let until = trial.imu.last().map_or(Time::ZERO, |sample| sample.time);
-    trial.fixes.retain(|fix| fix.time <= until);
-    let Ok(config) = trial.settings() else { return f64::INFINITY };
+fn trial(dataset: &Dataset, turn: &Turn) -> [f64; 2] {
+    const FAILED: [f64; 2] = [f64::INFINITY; 2];
+    if dataset.fixes.is_empty() {
+        return FAILED;
+    }
+    let mut trial = head(dataset);
+    trial.magnetometer.clear();
+    trial.imu.iter_mut().for_each(|sample| *sample = turned(sample, turn));
+    let Ok(config) = trial.settings() else { return FAILED };
     let run = estimate(&trial, &config, |_| {});
-    let (mut gps, mut heading, mut fixes) = (Tally::default(), Tally::default(), 0usize);
+    let [mut gps, mut heading, mut height] = [Tally::default(); 3];
+    let mut fixes = 0usize;
     for report in run.reports() {
         for innovation in report.innovations() {
             match innovation.channel {
@@ -203,12 +211,32 @@ fn trial(dataset: &Dataset, turn: &Turn) -> f64 {
                 _ => {}
             }
             fixes += usize::from(innovation.channel == Channel::PositionNorth);
+            if innovation.channel == Channel::PositionDown {
+                height.add(innovation);
+            }
         }
     }
     if fixes < TRIAL_FIXES {
-        return f64::INFINITY;
+        return FAILED;
     }
-    gps.mean() + heading.mean() + heading_misfit(&trial.imu, &run.solutions)
+    let misfit = heading_misfit(&trial.imu, &run.solutions);
+    [gps.mean() + heading.mean() + misfit, height.mean()]
+}
+
+/// The part of `dataset` that a trial uses: from shortly before the first fix, without barometer and controls.
+pub(super) fn head(dataset: &Dataset) -> Dataset {
+    let first = dataset.fixes.first().map_or(Time::ZERO, |fix| fix.time);
+    let begin = dataset.imu.partition_point(|sample| sample.time < first.offset_by(-5.0));
+    let samples = dataset.imu.iter().skip(begin).take(TRIAL_SAMPLES);
+    let imu: Vec<ImuSample> = samples.copied().collect();
+    let until = imu.last().map_or(Time::ZERO, |sample| sample.time);
+    Dataset {
+        manifest: dataset.manifest.clone(),
+        fixes: dataset.fixes.iter().filter(|fix| fix.time <= until).copied().collect(),
+        magnetometer: dataset.magnetometer.clone(),
+        imu,
+        ..Dataset::default()
+    }
 }
 
 /// Difference between the filter's heading and the IMU's own, divided by 10° and squared. The difference is the median
@@ -226,7 +254,7 @@ fn heading_misfit(imu: &[ImuSample], solutions: &[Solution]) -> f64 {
 }
 
 /// Sum and count of squared normalised innovations.
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 struct Tally {
     squares: f64,
     count: usize,

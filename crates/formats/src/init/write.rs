@@ -147,8 +147,12 @@ impl Lines {
         self.remarked(
             "unit",
             unit,
-            "s, ms, us, ns, 0.1ms, filetime, ticks, clock, or hhmmss for a time of day as one number",
+            "s, ms, us, ns, 0.1ms, days, excel, datenum, mjd, filetime, ticks, clock, hhmmss for a time of day as one \
+             number, or count",
         );
+        if let Some(rate_hz) = &table.time.rate_hz {
+            self.remarked("rate_hz", float(rate_hz), "counts per second");
+        }
         if !table.time.date.is_empty() {
             self.key("date", quoted(&table.time.date));
         }
@@ -185,10 +189,16 @@ impl Lines {
         if let Some(gps) = &table.gps {
             self.gps(gps);
         }
+        if let Some(velocity) = &table.velocity {
+            self.part("velocity");
+            self.remarked("columns", list(&velocity.columns), "of the fixes of another file");
+            self.key("unit", quoted(velocity.unit.name()));
+            self.remarked("world", quoted(velocity.world.name()), "ned or enu");
+        }
         if let Some(baro) = &table.baro {
             self.part("baro");
             self.key("column", quoted(&baro.column));
-            self.remarked("unit", quoted(baro.unit.name()), "m, ft, Pa, hPa, kPa");
+            self.remarked("unit", quoted(baro.unit.name()), "m, ft, cm, Pa, hPa, kPa");
             self.key("held", baro.held);
         }
         if let Some(controls) = &table.controls {
@@ -205,6 +215,9 @@ impl Lines {
         let axes: [String; 3] = triad.axes.into();
         self.key("columns", list(&triad.columns));
         self.remarked("unit", quoted(unit), units);
+        if triad.counts_per_unit != 1.0 {
+            self.key("counts_per_unit", float(&triad.counts_per_unit));
+        }
         self.remarked("axes", list(&axes), "the axes that point forward, right, down");
         if triad.held {
             self.remarked("held", true, "rows repeat the last value");
@@ -237,6 +250,7 @@ impl Lines {
             ("height", &gps.height),
             ("height_unit", gps.height_unit.name()),
             ("height_above", gps.height_above.name()),
+            ("geoid_separation", &gps.geoid_separation),
             ("north", &gps.north),
             ("east", &gps.east),
             ("down", &gps.down),
@@ -245,6 +259,7 @@ impl Lines {
             ("course", &gps.course),
             ("course_unit", if gps.course.is_empty() { "" } else { gps.course_unit.name() }),
             ("speed_unit", gps.speed_unit.name()),
+            ("vertical_unit", gps.vertical_unit.map_or("", |unit| unit.name())),
             ("sigma_horizontal", &gps.sigma_horizontal),
             ("sigma_vertical", &gps.sigma_vertical),
             ("sigma_north", &gps.sigma_north),

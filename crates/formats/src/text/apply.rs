@@ -215,6 +215,9 @@ fn read_row(
     if let Some(fix) = columns.fix(time, fields)? {
         gathered.fixes.push(line, fix, remarks);
     }
+    if let Some(velocity_mps) = columns.velocity(fields)? {
+        gathered.velocities.push(line, (time, velocity_mps));
+    }
     if let Some(height_m) = columns.height(fields, remarks)? {
         gathered.baro.push(line, (time, height_m));
     }

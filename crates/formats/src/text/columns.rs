@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
 
-use super::decimal;
+use super::decimal::{self, TimeUnit};
 use super::lines::Lines;
 use super::mapping::{Axes, TableMapping, TimeColumn, Triad};
 use hovernav::time::Time;
@@ -103,7 +103,11 @@ impl Source {
 
     /// The indices of a triad's columns.
     pub fn find_triad<U>(&self, triad: &Triad<U>) -> Result<[usize; 3], LogError> {
-        let [x, y, z] = &triad.columns;
+        self.find_three(&triad.columns)
+    }
+
+    /// The indices of three columns.
+    pub fn find_three(&self, [x, y, z]: &[String; 3]) -> Result<[usize; 3], LogError> {
         Ok([self.find(x)?, self.find(y)?, self.find(z)?])
     }
 
@@ -222,9 +226,14 @@ impl Fields<'_> {
         Ok(values.map(|values| axes.turned(values).map(|value| value * factor)))
     }
 
-    /// The time of the row on the file's own scale, from `column` or from the row number and the rate.
+    /// The time of the row on the file's own scale, from `column`, or from a count and its rate. Without a column, the
+    /// count is the number of the row.
     pub fn time(&self, column: Option<usize>, time: &TimeColumn) -> Result<Option<Time>, LogError> {
         match (column, time.rate_hz) {
+            (Some(column), Some(rate_hz)) if time.unit == TimeUnit::Count => {
+                let count = self.known(Some(column))?;
+                Ok(count.and_then(|count| Time::try_from_seconds(count / rate_hz)))
+            }
             (Some(column), _) => {
                 let Some(field) = self.fields.get(column) else { return Ok(None) };
                 decimal::time(field, time.unit, self.decimal_comma)

@@ -108,6 +108,21 @@ pub enum TimeUnit {
     /// Ticks of 100 ns since the year 1, as `DateTime` of .NET, converted to UTC since 1970.
     #[serde(rename = "ticks")]
     Ticks,
+    /// Days, or fractions of a day.
+    #[serde(rename = "days")]
+    Days,
+    /// Days since 30 December 1899, as spreadsheets count, converted to UTC since 1970.
+    #[serde(rename = "excel")]
+    SpreadsheetDays,
+    /// Days since the year 0, as `datenum` of MATLAB, converted to UTC since 1970.
+    #[serde(rename = "datenum")]
+    Datenum,
+    /// Days since 17 November 1858, converted to UTC since 1970.
+    #[serde(rename = "mjd")]
+    ModifiedJulianDays,
+    /// Numbers of samples, `rate_hz` of them in a second.
+    #[serde(rename = "count")]
+    Count,
     /// Dates and times of day, such as `2025-07-08T12:34:56.789Z` or `12:34:56.789`.
     #[serde(rename = "clock")]
     Clock,
@@ -117,7 +132,7 @@ pub enum TimeUnit {
 }
 
 impl TimeUnit {
-    /// Nanoseconds per unit; for clock times, those of a second.
+    /// Nanoseconds per unit; for clock times and counts, those of a second.
     const fn nanoseconds(self) -> i64 {
         match self {
             Self::Nanoseconds => 1,
@@ -125,7 +140,10 @@ impl TimeUnit {
             Self::Microseconds => 1_000,
             Self::TenthMilliseconds => 100_000,
             Self::Milliseconds => 1_000_000,
-            Self::Seconds | Self::Clock | Self::HoursMinutesSeconds => 1_000_000_000,
+            Self::Seconds | Self::Clock | Self::HoursMinutesSeconds | Self::Count => 1_000_000_000,
+            Self::Days | Self::SpreadsheetDays | Self::Datenum | Self::ModifiedJulianDays => {
+                86_400_000_000_000
+            }
         }
     }
 
@@ -139,6 +157,9 @@ impl TimeUnit {
         match self {
             Self::FileTime => 11_644_473_600,
             Self::Ticks => 62_135_596_800,
+            Self::SpreadsheetDays => 2_209_161_600,
+            Self::Datenum => 62_167_305_600,
+            Self::ModifiedJulianDays => 3_506_716_800,
             _ => 0,
         }
     }
@@ -153,6 +174,11 @@ impl TimeUnit {
             Self::Microseconds => "us",
             Self::Milliseconds => "ms",
             Self::Seconds => "s",
+            Self::Days => "days",
+            Self::SpreadsheetDays => "excel",
+            Self::Datenum => "datenum",
+            Self::ModifiedJulianDays => "mjd",
+            Self::Count => "count",
             Self::Clock => "clock",
             Self::HoursMinutesSeconds => "hhmmss",
         }
@@ -160,7 +186,7 @@ impl TimeUnit {
 
     /// Whether the unit is a time of day, possibly with a date.
     pub(crate) const fn is_of_day(self) -> bool {
-        matches!(self, Self::Clock | Self::HoursMinutesSeconds)
+        matches!(self, Self::Clock | Self::HoursMinutesSeconds | Self::Days)
     }
 }
 
@@ -191,7 +217,7 @@ fn scaled_nanoseconds(field: &[u8], unit: TimeUnit, comma: bool) -> Option<i64> 
         [b'+', rest @ ..] => (false, rest),
         _ => (false, field),
     };
-    // Twenty-five digits times 1e9 stay below the limit of an i128, 1.7e38.
+    // Twenty-five digits stay below the limit of an i128, 1.7e38.
     if digits.is_empty() || digits.len() > 26 {
         return None;
     }
@@ -211,7 +237,7 @@ fn scaled_nanoseconds(field: &[u8], unit: TimeUnit, comma: bool) -> Option<i64> 
     if digits.len() == usize::from(decimals) {
         return None;
     }
-    let scaled = (sum * i128::from(unit.nanoseconds()) + divisor / 2) / divisor;
+    let scaled = (sum.checked_mul(i128::from(unit.nanoseconds()))? + divisor / 2) / divisor;
     let scaled = if negative { -scaled } else { scaled };
     i64::try_from(scaled - i128::from(unit.before_1970_s()) * 1_000_000_000).ok()
 }
@@ -258,13 +284,17 @@ fn time_of_day(hhmmss: i64) -> Option<Time> {
 }
 
 /// The UTC midnight at which the date in `field` began: ddmmyy as in NMEA 0183, yyyymmdd, or with separators.
-/// `Some(None)` for an empty field, `None` for text that is not a date.
+/// A number of days since 30 December 1899, as spreadsheets count, is a date if it is none of those. `Some(None)` for an
+/// empty field, `None` for text that is not a date.
 pub(crate) fn midnight(field: &[u8]) -> Option<Option<Time>> {
+    /// Days from 2000 to 2073, as spreadsheets count.
+    const SPREADSHEET_DAYS: std::ops::Range<u32> = 36_526..63_500;
     let text = std::str::from_utf8(field.trim_ascii()).ok()?;
     if text.is_empty() {
         return Some(None);
     }
-    let date = match text.parse::<u32>() {
+    let number = text.parse::<u32>();
+    let date = match number {
         Ok(date) if text.len() == 8 => {
             NaiveDate::from_ymd_opt((date / 10_000) as i32, date / 100 % 100, date % 100)
         }
@@ -276,7 +306,11 @@ pub(crate) fn midnight(field: &[u8]) -> Option<Option<Time>> {
             .iter()
             .find_map(|format| NaiveDate::parse_from_str(text, format).ok()),
     };
-    let began = date?.and_time(NaiveTime::MIN).and_utc();
+    let Some(date) = date else {
+        let is_day = number.is_ok_and(|days| SPREADSHEET_DAYS.contains(&days));
+        return if is_day { time(text.as_bytes(), TimeUnit::SpreadsheetDays, false) } else { None };
+    };
+    let began = date.and_time(NaiveTime::MIN).and_utc();
     began.timestamp_nanos_opt().map(|nanoseconds| Some(Time::from_nanoseconds(nanoseconds)))
 }
 
@@ -291,8 +325,8 @@ mod tests {
     #[test]
     fn times_are_exact_in_every_unit() {
         use TimeUnit::{
-            Clock, FileTime, HoursMinutesSeconds, Microseconds, Milliseconds, Nanoseconds, Seconds,
-            TenthMilliseconds, Ticks,
+            Clock, Datenum, Days, FileTime, HoursMinutesSeconds, Microseconds, Milliseconds,
+            ModifiedJulianDays, Nanoseconds, Seconds, SpreadsheetDays, TenthMilliseconds, Ticks,
         };
         for (text, unit, comma, expected) in [
             ("1752000000.123456789", Seconds, false, 1_752_000_000_123_456_789),
@@ -304,6 +338,11 @@ mod tests {
             ("116444736015000000", FileTime, false, 1_500_000_000),
             ("621355968015000001", Ticks, false, 1_500_000_100),
             ("1e-3", Seconds, false, 1_000_000),
+            ("0.5", Days, false, 43_200_000_000_000),
+            ("40587.5", ModifiedJulianDays, false, 43_200_000_000_000),
+            ("719529.5", Datenum, false, 43_200_000_000_000),
+            ("25569.0000115740", SpreadsheetDays, false, 999_993_600),
+            ("45416.417246874998", SpreadsheetDays, false, 1_714_816_850_129_999_827),
             ("1970-01-01T00:00:01.5Z", Clock, false, 1_500_000_000),
             ("1970-01-01T01:00:01+01:00", Clock, false, 1_000_000_000),
             ("1970-01-01T05:30:01+0530", Clock, false, 1_000_000_000),
@@ -343,6 +382,7 @@ mod tests {
             let began = midnight(text.as_bytes()).flatten().unwrap().seconds();
             assert_eq!(began, 86_400.0 * days, "{text}");
         }
+        assert_eq!(midnight(b"45416").flatten().unwrap().seconds(), 1_714_780_800.0);
         assert_eq!(midnight(b""), Some(None));
         for text in ["320170", "021370", "1.5", "-20170", "today"] {
             assert_eq!(midnight(text.as_bytes()), None, "{text}");

@@ -23,6 +23,7 @@ pub(crate) struct GpsPlaces {
     sigma_vertical_speed: Option<usize>,
     fix_type: Option<usize>,
     satellites: Option<usize>,
+    geoid_separation: Option<usize>,
 }
 
 impl GpsPlaces {
@@ -63,6 +64,7 @@ impl GpsPlaces {
             sigma_vertical_speed: source.find_optional(&mapping.sigma_vertical_speed)?,
             fix_type: source.find_optional(&mapping.fix_type)?,
             satellites: source.find_optional(&mapping.satellites)?,
+            geoid_separation: source.find_optional(&mapping.geoid_separation)?,
             mapping: mapping.clone(),
             latency_s,
         })
@@ -83,7 +85,10 @@ impl GpsPlaces {
         let vertical = fields.known(self.vertical)?.unwrap_or(f64::NAN);
         let above = match mapping.height_above {
             HeightAbove::Ellipsoid => 0.0,
-            HeightAbove::Sea => mapping.geoid_separation_m,
+            HeightAbove::Sea => match self.geoid_separation {
+                Some(column) => fields.number(column)? * mapping.height_unit.factor(),
+                None => mapping.geoid_separation_m,
+            },
         };
         let height_m = height * mapping.height_unit.factor() + above;
         let [latitude_deg, longitude_deg] = match is_unknown(latitude) || is_unknown(longitude) {
@@ -91,7 +96,8 @@ impl GpsPlaces {
             false => [latitude, longitude].map(|angle| mapping.unit.degrees(angle)),
         };
         let to_mps = mapping.speed_unit.factor();
-        let down = if mapping.down.is_empty() { -to_mps } else { to_mps };
+        let vertical_to_mps = mapping.vertical_unit().factor();
+        let down = if mapping.down.is_empty() { -vertical_to_mps } else { vertical_to_mps };
         let [first, second] = horizontal.map(unknown_as_nan);
         let [position_sigma_m, velocity_sigma_mps] = self.sigmas(fields)?;
         let fix_type = fields.fix_type(self.fix_type);

@@ -76,6 +76,32 @@ pub(crate) struct Layout {
     pub names: Vec<String>,
     /// Text in each column between the names and the first row, such as units.
     pub below_names: Vec<String>,
+    /// Rate of the rows that a line above them states, as in `Update Rate: 100.0Hz`, in thousandths of a hertz.
+    pub rate_mhz: Option<u64>,
+    /// Counts of the accelerometer per g that a line above them states as `acc_1G`, as Betaflight does.
+    pub acc_counts_per_g: Option<u32>,
+    /// Counts of the gyro per degree per second, by `gyro_scale` above them.
+    pub gyro_counts_per_degps: Scale,
+}
+
+/// A positive number, by its bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Scale(u32);
+
+impl Scale {
+    const ONE: Self = Self(1f32.to_bits());
+
+    /// Counts per unit from units per count, which are hexadecimal bits of a float; 1 for other text.
+    fn of(text: &str) -> Self {
+        let bits = text.strip_prefix("0x").and_then(|bits| u32::from_str_radix(bits, 16).ok());
+        let scale = bits.map(f32::from_bits).filter(|scale| scale.is_normal() && *scale > 0.0);
+        scale.map_or(Self::ONE, |scale| Self(scale.recip().to_bits()))
+    }
+
+    /// The number.
+    pub fn get(self) -> f64 {
+        f64::from(f32::from_bits(self.0))
+    }
 }
 
 /// Number of lines that determine a file's layout.
@@ -176,6 +202,10 @@ impl Layout {
             header_line: 0,
             names: (1..=width).map(|number| number.to_string()).collect(),
             below_names: Vec::new(),
+            rate_mhz: head[..first].iter().find_map(|line| stated_rate_mhz(line)),
+            acc_counts_per_g: stated(&head[..first], "acc_1g").and_then(|text| text.parse().ok()),
+            gyro_counts_per_degps: stated(&head[..first], "gyro_scale")
+                .map_or(Scale::ONE, Scale::of),
         };
         let is_open = rows.iter().all(|(.., is_open)| *is_open);
         layout.find_names(&head[..first], width, is_open);
@@ -211,6 +241,30 @@ impl Layout {
     }
 }
 
+/// The value of `key`, in small letters, in the lines above the names: `"acc_1G","2048"`, `H acc_1G:2048`.
+fn stated<'a>(above: &'a [Vec<u8>], key: &str) -> Option<&'a str> {
+    let is_part = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '_' | '.');
+    above.iter().find_map(|line| {
+        let mut words = std::str::from_utf8(line).ok()?.split(|letter| !is_part(letter));
+        words.find(|word| word.eq_ignore_ascii_case(key))?;
+        words.find(|word| !word.is_empty())
+    })
+}
+
+/// The rate, 1e-3 Hz, that a line without other numbers states.
+fn stated_rate_mhz(line: &[u8]) -> Option<u64> {
+    let text = String::from_utf8_lossy(line).to_lowercase();
+    let is_rate = ["rate", "freq", "odr"].iter().any(|word| text.contains(word));
+    if !is_rate || !text.contains("hz") {
+        return None;
+    }
+    let is_part = |letter: char| letter.is_ascii_digit() || letter == '.';
+    let numbers = text.split(|letter| !is_part(letter)).filter_map(|part| part.parse::<f64>().ok());
+    let mut numbers = numbers.filter(|rate_hz| *rate_hz > 0.0);
+    let rate_hz = numbers.next().filter(|_| numbers.next().is_none())?;
+    Some((rate_hz * 1e3).round() as u64)
+}
+
 /// The names in a line, which may be a comment. RTKLIB has one name for a date and a time of day.
 pub(crate) fn header_names(line: &[u8], delimiter: Delimiter) -> Vec<String> {
     const OF_TWO: [&[u8]; 3] = [b"UTC", b"GPST", b"JST"];
@@ -218,6 +272,11 @@ pub(crate) fn header_names(line: &[u8], delimiter: Delimiter) -> Vec<String> {
     delimiter.split(without_comment(line), &mut fields);
     let mut names: Vec<String> =
         fields.iter().map(|field| String::from_utf8_lossy(field).into_owned()).collect();
+    // A column needs a name to be found by, except behind a delimiter at the end.
+    let last = names.len().saturating_sub(1);
+    for (number, name) in names[..last].iter_mut().enumerate().filter(|(_, name)| name.is_empty()) {
+        *name = format!("column {}", number + 1);
+    }
     let is_of_two = fields.first().is_some_and(|first| OF_TWO.contains(first));
     if is_of_two && delimiter == Delimiter::Spaces && is_comment(line) {
         names.insert(0, "date".into());

@@ -55,7 +55,7 @@ pub struct TableMapping {
     /// Specific force, or increments of velocity since the row before.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub accel: Option<Triad<ForceUnit>>,
-    /// Gravity as specific force, added to the linear acceleration of another file.
+    /// Gravity as specific force, added to a linear acceleration, of the same or of another file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gravity: Option<Triad<ForceUnit>>,
     /// Magnetic field.
@@ -67,6 +67,9 @@ pub struct TableMapping {
     /// Fixes of a receiver.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gps: Option<GpsColumns>,
+    /// Velocity of the fixes of another file, such as `TwistStamped` of ROS.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<VelocityColumns>,
     /// Barometer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub baro: Option<BaroColumn>,
@@ -81,8 +84,9 @@ pub struct TableMapping {
 pub struct TimeColumn {
     /// Column of the time; without one, rows are `1 / rate_hz` apart.
     pub column: String,
-    /// Unit of the time. `filetime` and `ticks`: 100 ns since 1601 and since the year 1. `clock`: dates and times of
-    /// day. `hhmmss`: times of day as one number, as in NMEA 0183.
+    /// Unit of the time. `filetime` and `ticks`: 100 ns since 1601 and since the year 1. `excel`, `datenum` and `mjd`:
+    /// days since 30 December 1899, since the year 0, and since 17 November 1858. `count`: numbers of samples, `rate_hz` of them in a second. `clock`: dates and times
+    /// of day. `hhmmss`: times of day as one number, as in NMEA 0183.
     pub unit: TimeUnit,
     /// Column of the date that belongs to the time of day, as ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025.
     #[serde(skip_serializing_if = "String::is_empty")]
@@ -97,7 +101,7 @@ pub struct TimeColumn {
     /// Offset added to the time, s, to bring several files to one clock.
     #[serde(skip_serializing_if = "is_zero")]
     pub offset_s: f64,
-    /// Rate of the rows in a file without a time column, Hz.
+    /// Rate of the rows in a file without a time column, or of the counts in `column`, Hz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rate_hz: Option<f64>,
 }
@@ -109,6 +113,9 @@ pub struct Triad<U> {
     pub columns: [String; 3],
     /// Unit of the values.
     pub unit: U,
+    /// Counts per unit, for values that are counts: 2048 for `acc_1G` of Betaflight with `unit = "g"`.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub counts_per_unit: f64,
     /// Sensor axes that point forward, right and down; `-` if the axis points the opposite way.
     #[serde(default)]
     pub axes: Axes,
@@ -164,6 +171,10 @@ pub struct GpsColumns {
     pub height_above: HeightAbove,
     /// Height of the geoid above the ellipsoid, m, added to a height above sea level.
     pub geoid_separation_m: f64,
+    /// Column of the height of the geoid above the ellipsoid, in the unit of the height, instead of
+    /// `geoid_separation_m`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub geoid_separation: String,
     /// Columns of the velocity north, east and down.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub north: String,
@@ -186,6 +197,9 @@ pub struct GpsColumns {
     pub course_unit: CourseUnit,
     /// Unit of the velocities.
     pub speed_unit: SpeedUnit,
+    /// Unit of the vertical velocity, if it differs from `speed_unit`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vertical_unit: Option<SpeedUnit>,
     /// Columns of the one-sigma of horizontal and vertical position.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub sigma_horizontal: String,
@@ -234,6 +248,18 @@ pub struct GpsColumns {
     pub unknown: Vec<f64>,
     /// Whether rows repeat the last fix until there is a new one.
     pub held: bool,
+}
+
+/// `[table.velocity]`: assigned to the nearest fix.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+pub struct VelocityColumns {
+    /// Columns of the velocity along the axes of `world`.
+    pub columns: [String; 3],
+    /// Unit of the velocity.
+    pub unit: SpeedUnit,
+    /// Navigation axes: `ned` or `enu`.
+    pub world: World,
 }
 
 /// `[table.baro]`.
@@ -323,8 +349,23 @@ impl From<Axes> for [String; 3] {
     }
 }
 
+const fn one() -> f64 {
+    1.0
+}
+
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
+}
+
 fn is_zero(value: &f64) -> bool {
     *value == 0.0
+}
+
+impl GpsColumns {
+    /// Unit of the vertical velocity.
+    pub fn vertical_unit(&self) -> SpeedUnit {
+        self.vertical_unit.unwrap_or(self.speed_unit)
+    }
 }
 
 impl Mapping {

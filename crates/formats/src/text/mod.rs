@@ -24,7 +24,7 @@ pub(crate) use layout::{Delimiter, Layout, is_comment};
 pub(crate) use lines::Lines;
 pub(crate) use mapping::{
     AttitudeColumns, Axes, BaroColumn, GpsColumns, MAPPING_FILE, Mapping, StickColumns,
-    TableMapping, TimeColumn, Triad,
+    TableMapping, TimeColumn, Triad, VelocityColumns,
 };
 pub(crate) use scale::TimeScale;
 pub(crate) use units::{

@@ -1,8 +1,9 @@
 //! Reads the sensors of one file, row by row.
 
 use super::columns::{Fields, Source};
+use super::decimal::TimeUnit;
 use super::gps::GpsPlaces;
-use super::mapping::{AttitudeColumns, TableMapping, Triad};
+use super::mapping::{AttitudeColumns, TableMapping, TimeColumn, Triad};
 use super::units::{AttitudeRole, BaroUnit, ForceUnit, MagneticUnit, RateUnit, StickUnit, World};
 use crate::axes;
 use crate::utc::WEEK_S;
@@ -30,6 +31,7 @@ pub(crate) struct TableColumns {
     mag: Option<[usize; 3]>,
     attitude: Option<Vec<usize>>,
     gps: Option<GpsPlaces>,
+    velocity: Option<[usize; 3]>,
     baro: Option<usize>,
     controls: Option<[usize; 4]>,
     /// Last values of sensors whose value repeats on several rows.
@@ -79,6 +81,11 @@ impl TableColumns {
             mag: table.mag.as_ref().map(|t| source.find_triad(t)).transpose()?,
             attitude: attitude.transpose()?,
             gps: table.gps.as_ref().map(|g| GpsPlaces::of(source, g, latency_s)).transpose()?,
+            velocity: table
+                .velocity
+                .as_ref()
+                .map(|velocity| source.find_three(&velocity.columns))
+                .transpose()?,
             baro: table.baro.as_ref().map(|b| source.find(&b.column)).transpose()?,
             controls: controls.transpose()?,
             mapping: table.clone(),
@@ -96,11 +103,12 @@ impl TableColumns {
     fn contradiction(&self) -> Option<String> {
         let rates = self.mapping.gyro.as_ref().map(|gyro| gyro.unit.is_increment());
         let forces = self.mapping.accel.as_ref().map(|accel| accel.unit.is_increment());
-        let rate_hz = self.mapping.time.rate_hz;
-        if self.time.is_none() && !rate_hz.is_some_and(|rate| rate > 0.0 && rate.is_finite()) {
+        let TimeColumn { unit, rate_hz, .. } = self.mapping.time;
+        let is_counted = self.time.is_none() || unit == TimeUnit::Count;
+        if is_counted && !rate_hz.is_some_and(|rate| rate > 0.0 && rate.is_finite()) {
             return Some(
                 "found no time, expected `column` or a positive `rate_hz` under \
-                         [table.time]"
+                         [table.time]; a `column` of counts needs both"
                     .into(),
             );
         }
@@ -139,7 +147,11 @@ impl TableColumns {
 
     pub fn motion(&mut self, fields: &Fields<'_>) -> Result<Motions, LogError> {
         let gyro = triad(fields, self.gyro, self.mapping.gyro.as_ref(), RateUnit::factor)?;
-        let accel = triad(fields, self.accel, self.mapping.accel.as_ref(), ForceUnit::factor)?;
+        let mut accel = triad(fields, self.accel, self.mapping.accel.as_ref(), ForceUnit::factor)?;
+        if self.gravity.is_some() && accel.is_some() {
+            let gravity = self.gravity_of(fields)?;
+            accel = accel.zip(gravity).map(|(a, g)| [0, 1, 2].map(|axis| a[axis] + g[axis]));
+        }
         let held = self.mapping.gyro.as_ref().is_some_and(|gyro| gyro.held)
             || self.mapping.accel.as_ref().is_some_and(|accel| accel.held);
         let now = gyro.or(accel);
@@ -162,8 +174,12 @@ impl TableColumns {
         })
     }
 
-    /// Gravity in a row, m/s².
+    /// Gravity in a row, m/s², for the linear acceleration of another file.
     pub fn gravity(&self, fields: &Fields<'_>) -> Result<Option<[f64; 3]>, LogError> {
+        if self.accel.is_some() { Ok(None) } else { self.gravity_of(fields) }
+    }
+
+    fn gravity_of(&self, fields: &Fields<'_>) -> Result<Option<[f64; 3]>, LogError> {
         triad(fields, self.gravity, self.mapping.gravity.as_ref(), ForceUnit::factor)
     }
 
@@ -204,7 +220,7 @@ impl TableColumns {
                 angles.and_then(|angles| euler(columns, angles)).map(Rotation::from_euler)
             }
             [w, x, y, z] => {
-                let quaternion = fields.known_all([w, x, y, z])?;
+                let quaternion = fields.known_all([w, x, y, z])?.map(normalised);
                 quaternion.and_then(|quaternion| match columns.world {
                     World::Ned => axes::attitude_frd_ned(quaternion),
                     World::Enu => axes::attitude_flu_enu(quaternion),
@@ -224,6 +240,19 @@ impl TableColumns {
             Some(gps) => gps.fix(time, fields),
             None => Ok(None),
         }
+    }
+
+    /// The velocity in a row north, east and down, m/s, for the fixes of another file.
+    pub fn velocity(&self, fields: &Fields<'_>) -> Result<Option<[f64; 3]>, LogError> {
+        let Some((mapping, columns)) = self.mapping.velocity.as_ref().zip(self.velocity) else {
+            return Ok(None);
+        };
+        let Some(values) = fields.known_all(columns)? else { return Ok(None) };
+        let [x, y, z] = values.map(|value| value * mapping.unit.factor());
+        Ok(Some(match mapping.world {
+            World::Ned => [x, y, z],
+            World::Enu => [y, x, -z],
+        }))
     }
 
     pub fn height(
@@ -291,7 +320,10 @@ fn triad<U: Copy>(
     factor: impl Fn(U) -> f64,
 ) -> Result<Option<[f64; 3]>, LogError> {
     match columns.zip(mapping) {
-        Some((columns, mapping)) => fields.triad(columns, factor(mapping.unit), mapping.axes),
+        Some((columns, mapping)) => {
+            let factor = factor(mapping.unit) / mapping.counts_per_unit;
+            fields.triad(columns, factor, mapping.axes)
+        }
         None => Ok(None),
     }
 }
@@ -310,6 +342,12 @@ fn attitude_places(source: &Source, columns: &AttitudeColumns) -> Result<Vec<usi
         }
     };
     names.iter().map(|name| source.find(name)).collect()
+}
+
+/// The quaternion with length 1, whatever the scale of the file; NaN for one of length 0.
+fn normalised(quaternion: [f64; 4]) -> [f64; 4] {
+    let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
+    quaternion.map(|part| part / length)
 }
 
 /// Roll, pitch and yaw with hovernav's signs; `None` if the angles are impossible.

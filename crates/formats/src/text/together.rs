@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::mapping::{MAPPING_FILE, Mapping, TableMapping};
 use crate::onboard::{Onboard, OnboardMoment};
 use hovernav::frames::{Body, EulerAngles, Vector};
+use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_dataset::{
@@ -24,6 +25,8 @@ pub(crate) struct Gathered {
     /// The IMU's attitude from a file without angular rates.
     pub attitudes: Rows<(Time, EulerAngles)>,
     pub fixes: FixGate,
+    /// Velocity north, east and down, m/s, from a file without positions.
+    pub velocities: Rows<(Time, [f64; 3])>,
     pub baro: Rows<(Time, f64)>,
     pub magnetometer: Rows<(Time, Vector<Body>)>,
     pub controls: Rows<(Time, [f64; 4])>,
@@ -77,7 +80,11 @@ pub(crate) fn dataset(
         innovations: Vec::new(),
     });
     let mut receiver = of("gps", |table| table.gps.is_some());
-    let fixes = gathered.fixes.finish(&receiver.path, steps, &mut receiver.remarks)?;
+    let mut fixes = gathered.fixes.finish(&receiver.path, steps, &mut receiver.remarks)?;
+    let velocity = of("velocity", |table| table.velocity.is_some());
+    let velocities = velocity.joined(gathered.velocities, steps, &mut warnings)?;
+    let latency_s = manifest.gps.latency_s;
+    attach_velocities(&mut fixes, &velocities, latency_s);
     warnings.extend(receiver.remarks.into_warnings());
     let baro = of("baro", |table| table.baro.is_some());
     let magnetometer = of("mag", |table| table.mag.is_some());
@@ -181,6 +188,24 @@ fn joined(
         ));
     }
     samples
+}
+
+/// Assigns to each fix without a velocity the nearest one. The fixes are `latency_s` earlier than their rows.
+fn attach_velocities(fixes: &mut [Fix], velocities: &[(Time, [f64; 3])], latency_s: f64) {
+    /// Largest time from a velocity to its fix, s.
+    const FARTHEST_S: f64 = 0.06;
+    for fix in fixes.iter_mut().filter(|fix| fix.horizontal_velocity_mps.is_none()) {
+        let time = fix.time.offset_by(latency_s);
+        let after = velocities.partition_point(|row| row.0 < time);
+        let near = [after.checked_sub(1), Some(after)].into_iter().flatten();
+        let near = near.filter_map(|at| velocities.get(at));
+        let away_s = |row: &&(Time, [f64; 3])| (row.0 - time).abs();
+        let nearest = near.min_by(|a, b| away_s(a).total_cmp(&away_s(b)));
+        if let Some((_, [north, east, down])) = nearest.filter(|row| away_s(row) <= FARTHEST_S) {
+            fix.horizontal_velocity_mps = Some([*north, *east]);
+            fix.down_velocity_mps = Some(*down);
+        }
+    }
 }
 
 /// Assigns each attitude to the nearest inertial sample.

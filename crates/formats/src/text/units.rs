@@ -44,6 +44,8 @@ units! {
         DegreesPerSecond = "deg/s", PI / 180.0;
         /// Milliradians per second.
         MilliradiansPerSecond = "mrad/s", 1e-3;
+        /// Thousandths of a degree per second.
+        MillidegreesPerSecond = "mdeg/s", PI / 180_000.0;
         /// Radians turned since the row before.
         Radians = "rad", 1.0;
         /// Degrees turned since the row before.
@@ -61,6 +63,8 @@ units! {
         Gravity = "g", STANDARD_GRAVITY_MPS2;
         /// Thousandths of standard gravity.
         Milligravity = "mg", STANDARD_GRAVITY_MPS2 * 1e-3;
+        /// Centimetres per second squared.
+        CentimetresPerSecondSquared = "cm/s2", 1e-2;
         /// Velocity gained since the row before, metres per second.
         MetresPerSecond = "m/s", 1.0;
     }
@@ -154,6 +158,10 @@ units! {
         Knots = "kn", 1852.0 / 3600.0;
         /// Miles per hour.
         MilesPerHour = "mph", 1609.344 / 3600.0;
+        /// Feet per second.
+        FeetPerSecond = "ft/s", 0.3048;
+        /// Feet per minute, of vertical speeds.
+        FeetPerMinute = "ft/min", 0.3048 / 60.0;
     }
 }
 
@@ -180,6 +188,8 @@ units! {
         Metres = "m", 1.0;
         /// Feet.
         Feet = "ft", 0.3048;
+        /// Centimetres.
+        Centimetres = "cm", 1e-2;
         /// Pascals.
         Pascals = "Pa", 1.0;
         /// Hectopascals, the same as millibars.

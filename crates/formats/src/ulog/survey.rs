@@ -8,6 +8,7 @@ use super::messages::Messages;
 use super::rows::place_deg;
 use super::topics::Topic;
 use crate::choice::{Tally, is_alive, is_fix};
+use crate::receivers::Track;
 use hovernav_dataset::Dimensions;
 
 /// Contents of a ULog file.
@@ -15,6 +16,8 @@ use hovernav_dataset::Dimensions;
 pub(super) struct Survey {
     /// Number of messages of each topic and instance that is read.
     pub counts: BTreeMap<(Topic, u8), Tally>,
+    /// Readings of the receivers.
+    tracks: BTreeMap<(Topic, u8), Track>,
     /// Last values of numeric parameters.
     pub parameters: HashMap<String, f64>,
     /// Information about the vehicle, such as `ver_hw`.
@@ -46,6 +49,12 @@ impl Survey {
                         let row = subscription.row(body);
                         let tally = survey.counts.entry((topic, instance)).or_default();
                         tally.count(topic.is_good(&row), &topic.reading(&row));
+                        if matches!(topic, Topic::VehicleGps | Topic::SensorGps) {
+                            let is_valid = row[12] != 0.0;
+                            let velocity = if is_valid { [row[9], row[10]] } else { [f64::NAN; 2] };
+                            let track = survey.tracks.entry((topic, instance)).or_default();
+                            track.push(1e-6 * row[0], place_deg(&row), velocity);
+                        }
                     }
                     true
                 }
@@ -66,6 +75,13 @@ impl Survey {
             }
         }
         Ok(survey)
+    }
+
+    /// Number of messages of a receiver in static hold.
+    pub fn held(&self, key: (Topic, u8)) -> usize {
+        let others = self.tracks.iter().filter(|(other, _)| **other != key);
+        let others = others.map(|(_, track)| track);
+        self.tracks.get(&key).map_or(0, |track| track.held(others))
     }
 
     fn parameter(&mut self, body: &[u8]) -> Option<()> {
@@ -113,7 +129,6 @@ impl Topic {
         match self {
             Self::SensorCombined => [&row[1..4], &row[6..9]],
             Self::VehicleImu => [&row[2..5], &row[6..9]],
-            Self::VehicleGps | Self::SensorGps => [&row[1..12], &[]],
             _ => [&[], &[]],
         }
     }

@@ -102,3 +102,48 @@ fn a_frozen_receiver_is_not_read_where_another_changes() {
         dataset.notes
     );
 }
+
+#[test]
+fn a_receiver_in_static_hold_loses_and_one_at_rest_does_not() {
+    /// Latitude, degrees, and speed, m/s, of two receivers.
+    type Readings = fn(f64) -> [(f64, f64); 2];
+    let cases: [(&str, Readings, usize); 5] = [
+        ("position in hold", |t| [(47.0, 3.1), (47.0 + 2.7e-5 * t, 3.0)], 1),
+        ("velocity in hold", |t| [(47.0 + 2.7e-5 * t, 0.0), (47.0 + 2.7e-5 * t, 3.0)], 1),
+        ("the second in hold", |t| [(47.0 + 2.7e-5 * t, 3.0), (47.0, 0.0)], 0),
+        ("at rest, the second noisy", |t| [(47.0, 0.0), (47.0 + 1e-5 * (9.0 * t).sin(), 0.1)], 0),
+        (
+            "at rest, then in motion",
+            |t| {
+                let moved = 2.7e-5 * (t - 40.0).max(0.0);
+                let speed = if t > 40.0 { 3.0 } else { 0.0 };
+                [(47.0 + moved, speed), (47.0 + moved + 1e-5 * (9.0 * t).sin(), speed + 0.1)]
+            },
+            0,
+        ),
+    ];
+    for (what, readings, expected) in cases {
+        let mut text = String::from(
+            "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n\
+             FMT, 130, 47, GPS, QBBBIHBcLLefff, TimeUS,I,Status,NSats,GMS,GWk,HDop,Lat,Lng,Alt,Spd,GCrs,VZ\n\
+             FMT, 131, 41, IMU, QBffffffBB, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,GH,AH\n",
+        );
+        for k in 0..1600_u32 {
+            let (time_us, rate) = (1_000_000 + 50_000 * k, 1e-6 * f64::from(k % 97));
+            writeln!(text, "IMU, {time_us}, 0, {rate}, 0, 0, 0.01, 0, -9.81, 1, 1").unwrap();
+            if k % 4 == 0 {
+                for (instance, (lat, speed)) in readings(0.05 * f64::from(k)).iter().enumerate() {
+                    let gms = 100_000 + 50 * k;
+                    writeln!(
+                        text,
+                        "GPS, {time_us}, {instance}, 3, 12, {gms}, 2312, 0.8, {lat:.7}, 8.5, 410.0, {speed}, 0, 0"
+                    )
+                    .unwrap();
+                }
+            }
+        }
+        let dataset = read(text.as_bytes());
+        let chosen = format!("GPS: GPS {expected} (400 messages");
+        assert!(notes(&dataset, &chosen), "{what}: {:?} {:?}", dataset.notes, dataset.warnings);
+    }
+}

@@ -16,6 +16,8 @@ mod logs;
 mod mapped;
 mod mapping;
 mod mapping_cells;
+mod mapping_physics;
+mod mapping_receivers;
 mod mapping_samples;
 mod mapping_sensors;
 mod mapping_times;

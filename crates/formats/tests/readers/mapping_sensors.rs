@@ -166,3 +166,51 @@ fn linear_acceleration_and_gravity_of_a_phone_are_added() {
     let force = dataset.imu[100].motion.mean_rates(0.01).specific_force_mps2.to_array();
     assert!((force[2] + 9.8 + 1.5 * 100f64.sin()).abs() < 1e-3, "{force:?} {report}\n{mapping}");
 }
+
+#[test]
+fn linear_acceleration_and_gravity_are_added_by_any_name_and_sign() {
+    let (force, names) = ([0.1, -0.2, -9.8], ["x", "y", "z"]);
+    let row = |sign: f64, linear: bool, k: u32| {
+        let sway = [0.5 * f64::from(k).cos(), 0.0, 1.5 * f64::from(k).sin()];
+        let of = |axis: usize| sign * if linear { sway[axis] } else { force[axis] };
+        [0, 1, 2].map(|axis| format!("{:.5}", of(axis))).join(",")
+    };
+    let rates = |k: u32| format!("{:.5},0,0.001", 1e-3 * f64::from(k).sin());
+    let file = |row: &dyn Fn(u32) -> String| {
+        let rows = (0..2000).map(|k| format!("{:.2},{}\n", f64::from(k) * 0.01, row(k)));
+        format!("seconds_elapsed,x,y,z\n{}", rows.collect::<String>())
+    };
+    let named = |stem: &str, unit: &str| names.map(|axis| format!("{stem}{axis}{unit}")).join(",");
+    for (linear, gravity, sign) in [
+        ("LINEAR ACCELERATION ", "GRAVITY ", 1.0),
+        ("motionUserAcceleration", "motionGravity", -1.0 / 9.80665),
+        ("user_acc_", "gravity_", -1.0),
+    ] {
+        let unit = if sign > -0.5 && sign < 0.0 { "(G)" } else { "" };
+        let names =
+            format!("{},{},{}", named(linear, unit), named(gravity, unit), named("gyro_", ""));
+        let rows = (0..2000).map(|k| {
+            let time = f64::from(k) * 0.01;
+            format!("{time:.2},{},{},{}\n", row(sign, true, k), row(sign, false, k), rates(k))
+        });
+        let one = mapped(&[("log.csv", format!("time,{names}\n{}", rows.collect::<String>()))]);
+        let apart = mapped(&[
+            ("LinearAcceleration.csv", file(&|k| row(sign, true, k))),
+            ("Gravity.csv", file(&|k| row(sign, false, k))),
+            ("Gyroscope.csv", file(&rates)),
+        ]);
+        for (report, mapping, dataset) in [one, apart] {
+            assert_eq!(dataset.imu.len(), 2000, "{linear}: {report}\n{mapping}");
+            let force = dataset.imu[100].motion.mean_rates(0.01).specific_force_mps2.to_array();
+            let expected = 9.8 - 1.5 * 100f64.sin();
+            assert!((force[2].abs() - expected).abs() < 1e-3, "{force:?} {report}\n{mapping}");
+            assert!(report.contains("the sum is the specific force"), "{report}");
+        }
+    }
+    let both = |k: u32| format!("{},{},{}", row(1.0, true, k), "0.1,0.2,-9.81", rates(k));
+    let names = [named("linear_acc_", ""), named("acc_", ""), named("gyro_", "")].join(",");
+    let rows = (0..2000).map(|k| format!("{:.2},{}\n", f64::from(k) * 0.01, both(k)));
+    let (_, mapping, _) =
+        mapped(&[("log.csv", format!("time,{names}\n{}", rows.collect::<String>()))]);
+    assert!(mapping.contains("\"acc_x\", \"acc_y\", \"acc_z\""), "{mapping}");
+}

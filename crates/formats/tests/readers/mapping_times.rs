@@ -187,3 +187,27 @@ fn a_date_in_only_one_file_does_not_separate_the_files() {
         assert!(report.contains(&told), "{report}");
     }
 }
+
+#[test]
+fn days_of_spreadsheets_and_of_matlab_are_times() {
+    let of_day = |k: u32| (36_000.0 + 0.01 * f64::from(k)) / 86_400.0;
+    for (names, unit_name, time, began_s) in [
+        (
+            "time",
+            "excel",
+            &(|k| format!("{:.10}", 45_416.0 + of_day(k))) as &dyn Fn(u32) -> String,
+            1_714_816_800.0,
+        ),
+        ("date", "excel", &|k| format!("{:.10}", 45_416.0 + of_day(k)), 1_714_816_800.0),
+        ("date,time", "days", &|k| format!("45416,{:.12}", of_day(k)), 1_714_816_800.0),
+        ("time", "days", &|k| format!("{:.12}", of_day(k)), 36_000.0),
+        ("t", "datenum", &|k| format!("{:.9}", 739_376.0 + of_day(k)), 1_714_816_800.0),
+        ("mjd", "mjd", &|k| format!("{:.10}", 60_434.0 + of_day(k)), 1_714_816_800.0),
+    ] {
+        let (report, dataset) = of_unit(unit(names, time));
+        assert_eq!(dataset.imu.len(), 6000, "{names}: {report}");
+        assert_abs_diff_eq!(dataset.imu[0].time.seconds(), began_s, epsilon = 1e-4);
+        assert_abs_diff_eq!(dataset.imu[100].time - dataset.imu[0].time, 1.0, epsilon = 1e-3);
+        assert!(report.contains(&format!("  {unit_name}\n")), "{names}: {report}");
+    }
+}

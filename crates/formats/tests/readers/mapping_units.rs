@@ -234,15 +234,14 @@ fn a_speed_that_contradicts_the_positions_is_to_check() {
 }
 
 #[test]
-fn vertical_and_horizontal_speeds_of_two_units_are_not_mixed() {
+fn vertical_and_horizontal_speeds_may_have_two_units() {
     let row = |m: &Moment| {
         let speed_kn = m.speed_mps * 3600.0 / 1852.0;
         format!("{},{speed_kn:.4},{:.3},0.25", plain(m), m.course_rad.to_degrees())
     };
     let (report, fixes) = fixes(table("lat,lon,alt,speed_knots,course,vd_mps", row));
     assert_velocities(&fixes, &report);
-    assert!(fixes.iter().all(|fix| fix.down_velocity_mps.is_none()), "{report}");
-    assert!(report.contains("vd_mps is in m/s, but the speed over ground is in kn"), "{report}");
+    assert!(fixes.iter().all(|fix| fix.down_velocity_mps == Some(0.25)), "{report}");
 }
 
 #[test]
@@ -350,4 +349,62 @@ fn one_sigmas_of_position_in_degrees_are_ignored_with_a_message() {
     let (report, fixes) = fixes(text);
     assert!(fixes.iter().all(|fix| fix.position_sigma_m.is_none()), "{report}");
     assert!(report.contains("the unit of std_lat_deg is not a length"), "{report}");
+}
+
+#[test]
+fn the_vertical_velocity_or_a_pressure_states_the_unit_of_the_height() {
+    const FOOT_M: f64 = 0.3048;
+    for per_m in [1.0, 1.0 / FOOT_M] {
+        for with in ["vd_mps", "vspeed (fpm)", "vspd", "pressure_hPa", "baro_alt_m"] {
+            let row = |m: &Moment| {
+                let (height_m, down_mps) = climb(m.time_s);
+                let beside = match with {
+                    "vd_mps" => down_mps,
+                    "vspeed (fpm)" | "vspd" => -down_mps * 60.0 / FOOT_M,
+                    "baro_alt_m" => height_m - 37.0,
+                    _ => 1013.25 * (1.0 - 2.25577e-5 * height_m).powf(5.25588),
+                };
+                let [lat, lon] = [m.latitude_deg, m.longitude_deg];
+                format!("{lat:.8},{lon:.8},{:.3},{beside:.4}", height_m * per_m)
+            };
+            let (report, fixes) = fixes(table(&format!("lat,lon,alt,{with}"), row));
+            // Without a stated unit the two cannot settle each other.
+            if with == "vspd" {
+                assert!(report.contains("the unit of alt is not stated"), "{report}");
+                continue;
+            }
+            for (fix, moment) in fixes.iter().zip(drive()) {
+                let (height_m, down_mps) = climb(moment.time_s);
+                let off_m = (fix.position.height_m - height_m).abs();
+                assert!(off_m < 1e-3, "{with} {per_m}: {off_m} m\n{report}");
+                if let Some(down) = fix.down_velocity_mps {
+                    assert!((down - down_mps).abs() < 1e-3, "{with} {down}\n{report}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_receiver_states_the_unit_of_a_barometric_height() {
+    let row = |m: &Moment| {
+        let (height_m, _) = climb(m.time_s);
+        format!(
+            "{:.8},{:.8},{height_m:.2},{:.2}",
+            m.latitude_deg,
+            m.longitude_deg,
+            height_m / 0.3048
+        )
+    };
+    let (report, _, dataset) = mapped(&[("log.csv", table("lat,lon,alt_m,baro_alt", row))]);
+    let moved_m = dataset.baro[200].1 - dataset.baro[0].1;
+    let moment = |k: usize| climb(dataset.baro[k].0.seconds()).0;
+    assert!((moved_m - (moment(200) - moment(0))).abs() < 0.02, "{moved_m}\n{report}");
+}
+
+#[test]
+fn a_height_of_unknown_unit_is_reported_in_both() {
+    let level = |m: &Moment| format!("{:.8},{:.8},1046.0", m.latitude_deg, m.longitude_deg);
+    let (report, _) = fixes(table("lat,lon,alt", level));
+    assert!(report.contains("it reaches 1046 m, or 319 m if it is in feet"), "{report}");
 }

@@ -3,7 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use hovernav_dataset::{LogError, Manifest, copy_whole, write_whole};
+use hovernav_dataset::{LogError, Manifest};
+use hovernav_toml::{copy_whole, write_whole};
 
 use super::fault::Fault;
 use super::inertial::Inertial;

@@ -4,7 +4,8 @@ use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 
-use hovernav_dataset::{LogError, open_file, write_whole};
+use hovernav_dataset::LogError;
+use hovernav_toml::{open_file, write_whole};
 
 use super::window::Window;
 
