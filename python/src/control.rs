@@ -313,13 +313,11 @@ pub fn design(
         }
     }
     py.detach(|| {
-        let search = HoverDesign::for_model(model).searched_with(model, &ahead, &Wanted::default());
+        let search = HoverDesign::for_model(model).searched(model, &ahead, &Wanted::default());
         let named = |why: &dyn Display| Error::Model(format!("{}: {why}", model.name()));
         let design = search.map_err(|why| named(&why))?.design;
-        let mut checked = CheckedDesign::new(model.clone(), design).map_err(|why| named(&why))?;
-        if !ahead.is_empty() {
-            checked = checked.with_forward(&ahead).map_err(|why| named(&why))?;
-        }
+        let checked = CheckedDesign::new(model.clone(), design).map_err(|why| named(&why))?;
+        let checked = checked.with_forward(&ahead).map_err(|why| named(&why))?;
         if let Some((mode, _)) = checked.modes.iter().find(|(_, margins)| margins.is_none()) {
             return Err(named(&format!("the loops are unstable in the mode {}", mode.name())));
         }

@@ -140,7 +140,7 @@ fn the_printed_model_is_fast_and_robust() {
 fn the_weights_searched_for_the_printed_model_have_all_that_is_required() {
     let model = shipped::thesis();
     let even = HoverDesign::default();
-    let design = even.searched(&model, &Wanted::default()).unwrap().design;
+    let design = even.searched(&model, &[], &Wanted::default()).unwrap().design;
     let checked = CheckedDesign::new(model, design).unwrap();
     println!("{:?}", checked.perturbed);
     let velocity = checked.perturbed.modes[0];

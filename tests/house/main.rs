@@ -149,6 +149,10 @@ fn data_flows_one_way_from_a_dataset_to_its_score() {
 
 /// Asserts that no module below `src` imports one that follows it in `order`, and that `order` has every module.
 fn assert_one_way(src: PathBuf, order: &[&str]) {
+    for name in order {
+        let is_there = src.join(name).is_dir() || src.join(name).with_extension("rs").is_file();
+        assert!(is_there, "{name} is not in {}", src.display());
+    }
     for path in sources().iter().filter(|path| path.starts_with(&src)) {
         let inside = path.strip_prefix(&src).unwrap().with_extension("");
         let module = inside.iter().next().unwrap().to_str().unwrap();

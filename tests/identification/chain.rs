@@ -194,7 +194,7 @@ fn outcome(seed: u64) -> Outcome {
     if grade != Grade::DoNotFly {
         let start = HoverDesign::for_model(&vehicle);
         let wanted = Wanted { trials: 150, ..Wanted::default() };
-        let design = start.searched(&vehicle, &wanted).unwrap().design;
+        let design = start.searched(&vehicle, &[], &wanted).unwrap().design;
         let gains = design.synthesise(&vehicle).unwrap();
         let own = HoverDesign::for_model(&shipped::raptor60());
         let constant = truth.subsystem(&CONSTANT, &Sticks::NAMES).unwrap();

@@ -41,15 +41,15 @@ fn flight(error_radps: f64) -> (Dataset, EstimatorConfig) {
 #[test]
 fn a_flight_without_fault_is_smoothed_throughout() {
     let (dataset, config) = flight(0.0);
-    assert_eq!(smooth(&dataset, &config, |_| ()).denied, []);
+    assert_eq!(smooth(&dataset, &config, |_| ()).inconsistent, []);
 }
 
 #[test]
 fn where_the_fixes_deny_it_the_filter_s_own_solution_stands() {
     let (dataset, config) = flight(1.2);
     let run = smooth(&dataset, &config, |_| ());
-    println!("{:#?}", run.denied);
-    let [denied] = &run.denied[..] else { panic!("{:?}", run.denied) };
+    println!("{:#?}", run.inconsistent);
+    let [denied] = &run.inconsistent[..] else { panic!("{:?}", run.inconsistent) };
     assert!(denied.start.seconds() < 51.0 && denied.end.seconds() > 51.0, "{denied:?}");
     let mut replaced = 0;
     for (smoothed, causal) in run.solutions.iter().zip(&run.forward.solutions) {

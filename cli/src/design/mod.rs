@@ -28,7 +28,7 @@ pub struct Arguments {
     model: String,
     /// A model of the same vehicle in forward flight: a model.toml of `hovernav identify --speed`, or raptor60@SPEED in
     /// m/s; may be repeated. The gains then keep their margins from hover to the fastest model, and autopilot.toml allows
-    /// this speed
+    /// this speed, in every direction. Backward and sideways flight have no model of their own
     #[arg(long = "at", value_name = "MODEL")]
     ahead: Vec<String>,
     /// Directory to write [default: out/MODEL-autopilot]
@@ -62,12 +62,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let model = open(&arguments.model)?;
     let ahead =
         arguments.ahead.iter().map(|name| open(name)).collect::<anyhow::Result<Vec<_>>>()?;
-    let speed_mps = model.trim_speed_mps();
-    ensure!(
-        speed_mps == 0.0,
-        "{}: found a model of forward flight at {speed_mps} m/s, expected a model of hover; --at adds this one",
-        arguments.model
-    );
     if !arguments.force {
         let names = [&arguments.model].into_iter().chain(&arguments.ahead);
         for (model, name) in [&model].into_iter().chain(&ahead).zip(names) {
@@ -79,6 +73,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Path::new("out").join(format!("{}-autopilot", stem.to_string_lossy()))
     });
     output::create(&out)?;
+    // A file of an earlier design could be mistaken for the result of this one.
+    output::remove_stale(&out, ["autopilot.toml"]);
     let start = match &arguments.weights {
         None => HoverDesign::for_model(&model),
         Some(path) => read_weights(path, &model)?,
@@ -95,25 +91,24 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => {
             let working = output::Working::on("searching for weights");
             let wanted = Wanted::default();
-            let search = start.searched_with(&model, &ahead, &wanted);
+            let search = start.searched(&model, &ahead, &wanted);
             drop(working);
             let search = search.with_context(|| arguments.model.clone())?;
             (search.design.clone(), Some((search, wanted)))
         }
         Some(_) => (start, None),
     };
-    let mut checked = CheckedDesign::new(model, design).with_context(|| arguments.model.clone())?;
-    if !ahead.is_empty() {
-        checked = checked.with_forward(&ahead)?;
-    }
+    let checked = CheckedDesign::new(model, design).with_context(|| arguments.model.clone())?;
+    let mut checked = checked.with_forward(&ahead)?;
     if let Some(notch) = notch {
         checked = checked.with_notch(notch);
     }
-    if let Some(verdict) = checked.model.verdict().filter(|verdict| verdict.grade != Grade::Good) {
-        let reasons = verdict.reasons.join("; ");
-        checked
-            .warnings
-            .insert(0, format!("the model\u{2019}s verdict is \"{}\": {reasons}", verdict.grade));
+    for own in ahead.iter().chain([&checked.model]) {
+        if let Some(verdict) = own.verdict().filter(|verdict| verdict.grade != Grade::Good) {
+            let (name, grade, reasons) = (own.name(), verdict.grade, verdict.reasons.join("; "));
+            let warning = format!("the verdict of the model {name} is \"{grade}\": {reasons}");
+            checked.warnings.insert(0, warning);
+        }
     }
     // The verdict of the model is already among the warnings.
     if let Some(why @ (Unflyable::NoVerdict { .. } | Unflyable::Sign(_))) =
@@ -134,9 +129,6 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if is_written {
         hovernav_record::write_autopilot(&config, &out.join("autopilot.toml"), &remark)?;
         emit::autopilot(&config, &remark, &arguments.emit, &out)?;
-    } else {
-        // A file of an earlier design could be mistaken for the result of this one.
-        let _ = std::fs::remove_file(out.join("autopilot.toml"));
     }
     if !arguments.no_report {
         page::write(&checked, search.as_ref(), &out.join(output::REPORT))?;
@@ -163,7 +155,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 fn open(name: &str) -> anyhow::Result<StateSpace> {
     ensure!(
         shipped::by_name(name).is_some() || name.contains('@') || Path::new(name).exists(),
-        "{name}: no such file, expected a model.toml, or thesis, raptor60 or r50"
+        "{name}: no such file, expected a model.toml, or thesis, raptor60, raptor60@SPEED or r50"
     );
     let model = shipped::open(name)?;
     let has = |state: &str| model.states().iter().any(|signal| signal.name == state);

@@ -1,7 +1,7 @@
 //! Robustness of a design to the uncertainty of its model and to the speed of the vehicle, on its page.
 
-use hovernav_design::CheckedDesign;
 use hovernav_design::hover::{ForwardPoint, SampledMode, SampledRobustness};
+use hovernav_design::{CheckedDesign, ZONE};
 
 use super::words;
 use hovernav_pages::{Axis, Figure, Role, Row, Section, Series, Table, TableRow};
@@ -76,7 +76,7 @@ pub fn forward_flight(checked: &CheckedDesign) -> Option<Section> {
     let limit = |level: f64| {
         Series::curve(Role::Limit, ends().map(move |own| (own.speed_mps, level))).named("required")
     };
-    let rows = [("Gain", "dB", 6.0), ("Phase", "°", 45.0)].into_iter().enumerate();
+    let rows = [("Gain", "dB", ZONE.0), ("Phase", "°", ZONE.1)].into_iter().enumerate();
     let rows = rows.map(|(which, (name, unit, least))| {
         Row::new(name, unit).with(limit(least)).with(Series::curve(Role::Model, curve(which)))
     });
@@ -86,9 +86,9 @@ pub fn forward_flight(checked: &CheckedDesign) -> Option<Section> {
             "Forward flight",
             format!(
                 "The same gains from hover to the fastest model: the weakest margins of any loop in any flight mode, and \
-                 the disk margin of all actuators at once. Between two given models every derivative is interpolated. \
-                 The required margins hold up to {:.1} m/s, the speed that autopilot.toml allows.",
-                forward.fastest_mps
+                 the disk margin of all actuators at once. Between two given models of the same states every derivative \
+                 is interpolated. Result: {}.",
+                words::allowed(checked, forward)
             ),
         )
         .with(Table {

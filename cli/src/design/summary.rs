@@ -170,7 +170,8 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
     }
     if let Some(forward) = &checked.forward {
         let points = forward.points.iter().map(|point| {
-            let [gain_db, phase_deg, disk] = point.weakest().unwrap_or_default();
+            let [gain_db, phase_deg, disk] =
+                point.weakest().map_or([None; 3], |weakest| weakest.map(Some));
             json!({
                 "speed_mps": point.speed_mps,
                 "interpolated": !point.is_given,
@@ -181,7 +182,8 @@ pub fn summary(checked: &CheckedDesign, input: &str) -> Value {
             })
         });
         summary["forward_flight"] = json!({
-            "fastest_mps": forward.fastest_mps,
+            "fastest_mps": forward.fastest_mps[0],
+            "fastest_backwards_mps": forward.fastest_mps[1],
             "points": points.collect::<Vec<_>>(),
         });
     }

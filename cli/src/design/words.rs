@@ -9,7 +9,7 @@ use hovernav_design::hover::{
 };
 use hovernav_design::{
     ChannelMargins, CheckedDesign, CheckedPrintedDesign, Crossing, DesignError, NotchCost,
-    Regulator,
+    Regulator, ZONE,
 };
 
 /// The text for the terminal.
@@ -65,7 +65,7 @@ pub fn in_words(checked: &CheckedDesign, out: &Path) -> String {
         let _ = writeln!(text, "{}", of_notch(notch));
     }
     if let Some(forward) = &checked.forward {
-        text.push_str(&in_forward_flight(forward));
+        text.push_str(&in_forward_flight(checked, forward));
     }
     let _ = writeln!(
         text,
@@ -164,7 +164,7 @@ pub fn of_notch(notch: &NotchCost) -> String {
 }
 
 /// The weakest margins at each speed, one line per model.
-fn in_forward_flight(forward: &ForwardFlight) -> String {
+fn in_forward_flight(checked: &CheckedDesign, forward: &ForwardFlight) -> String {
     let mut text = format!(
         "\n{:>14}  {:>8}  {:>7}  {:>5}   weakest in any mode\n",
         "speed", "gain", "phase", "disk"
@@ -179,8 +179,22 @@ fn in_forward_flight(forward: &ForwardFlight) -> String {
         let origin = if point.is_given { "" } else { "   interpolated" };
         let _ = writeln!(text, "{:>10.1} m/s  {found}{origin}", point.speed_mps);
     }
-    let _ = writeln!(text, "forward flight up to {:.1} m/s with 6 dB and 45°", forward.fastest_mps);
+    let _ = writeln!(text, "{}", allowed(checked, forward));
     text
+}
+
+/// The speed up to which the margins suffice, and the one that the autopilot allows, in words.
+pub fn allowed(checked: &CheckedDesign, forward: &ForwardFlight) -> String {
+    let allowed_mps = checked.autopilot().guidance.speed_mps;
+    let (gain_db, phase_deg) = ZONE;
+    let directions = ["forwards", "backwards"].into_iter().zip(forward.fastest_mps);
+    let found = directions.filter_map(|(direction, fastest_mps)| {
+        Some(format!("{direction} up to {:.1} m/s", fastest_mps?))
+    });
+    format!(
+        "{gain_db} dB and {phase_deg}° {}; autopilot.toml allows {allowed_mps:.1} m/s",
+        found.collect::<Vec<_>>().join(" and ")
+    )
 }
 
 /// The response to gusts in a mode, in words.

@@ -84,7 +84,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ensure!(dataset.sample_count() > 0, "{}: found no inertial samples", log.display());
     let config = dataset.settings()?;
     let working = output::Working::on("estimating");
-    let SmoothedRun { forward, solutions, denied } = smooth(&dataset, &config, |_| ());
+    let SmoothedRun { forward, solutions, inconsistent } = smooth(&dataset, &config, |_| ());
     drop(working);
     ensure!(
         !arguments.held_gps || !solutions.is_empty(),
@@ -117,8 +117,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         vehicle.with_source(&found.source(&dataset.manifest.name)).with_verdict(verdict.clone());
 
     let mut summary = Summary::new(log, &dataset, &forward, &found, held, verdict.clone());
-    let denied: Vec<Finding> = denied.iter().map(Finding::from).collect();
-    summary.warn(sentences(&denied));
+    let inconsistent: Vec<Finding> = inconsistent.iter().map(Finding::from).collect();
+    summary.warn(sentences(&inconsistent));
     summary.ask_frequency(frequency.as_ref());
     summary.warn(flight_warnings(&flight, &found.identified.structure));
     let pattern = vehicle.step_taken_for_rate(found.identified.period_s);

@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     } = memory::open(&arguments.log, &arguments.sensors.options(), 2)?;
     let survey = Survey::of(&dataset);
     #[cfg(feature = "lab")]
-    let activity = sticks::activity(&dataset);
+    let activity = sticks::activity(&dataset)?;
     drop(reading);
     if arguments.json {
         let mut info = serde_json::to_value(&survey)?;

@@ -103,6 +103,11 @@ fn refuse_too_fast(config: &FlightConfig) -> anyhow::Result<()> {
         else {
             continue;
         };
+        ensure!(
+            *at_s > config.engage_s,
+            "set-point at {at_s} s: found a set-point before the autopilot engages at {} s, expected one after it",
+            config.engage_s
+        );
         for (name, found, limit, unit, key) in [
             ("a speed", forward_mps.hypot(*right_mps), speed_mps, "m/s", "speed_mps"),
             ("a climb or sink rate", down_mps.abs(), climb_mps, "m/s", "climb_mps"),
@@ -116,8 +121,8 @@ fn refuse_too_fast(config: &FlightConfig) -> anyhow::Result<()> {
         ] {
             ensure!(
                 found <= limit,
-                "set-point at {at_s} s: found {name} of {found:.1} {unit}, expected at most {limit:.1} {unit}, the {key} \
-                 of [guidance] in autopilot.toml"
+                "set-point at {at_s} s: found {name} of {found:.2} {unit}, expected at most {limit:.2} {unit}, the {key} \
+                 of [guidance] of the autopilot"
             );
         }
     }

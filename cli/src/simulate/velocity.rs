@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use hovernav::autopilot::SetPoint;
+use hovernav::autopilot::{Mode, SetPoint};
 use hovernav_sim::{Flight, FlightConfig, FlightEvent};
 use serde::Serialize;
 
@@ -12,7 +12,8 @@ use crate::arguments::{finite, second};
 const FIRST_S: f64 = 30.0;
 /// Time between set-points, s.
 const APART_S: f64 = 30.0;
-/// Time after a set-point from which on the velocity is judged, s: it contains the acceleration.
+/// Time after a set-point from which on the velocity is judged, s. At 1 m/s² it contains the acceleration by up to 15 m/s,
+/// the most that guidance permits.
 const REACHED_S: f64 = 15.0;
 
 /// Set-point in the form `FORWARD[,RIGHT[,DOWN[,TURN]]][@SECOND]`, or `hold[@SECOND]`.
@@ -70,8 +71,10 @@ pub struct VelocitySummary {
     time_s: f64,
     /// Commanded velocity forward, to the right and down, m/s.
     wanted_mps: [f64; 3],
-    /// Root mean square of the deviation from it, 15 s after the set-point until the next one; `None` where the flight
-    /// or the set-point ended before.
+    /// Time at which the autopilot left the modes that hold velocity, and thus the set-point, s; `None` where it did not.
+    lost_s: Option<f64>,
+    /// Root mean square of the deviation from it, from 15 s after the set-point until the next one or until it was lost;
+    /// `None` where that time is shorter.
     deviation_rms_mps: Option<[f64; 3]>,
 }
 
@@ -88,9 +91,16 @@ impl VelocitySummary {
         each.filter_map(|((time_s, set_point), end_s)| match *set_point {
             SetPoint::Velocity { forward_mps, right_mps, down_mps, .. } => {
                 let wanted_mps = [forward_mps, right_mps, down_mps];
-                let judged = time_s + REACHED_S..end_s;
+                let lost = flight.transitions.iter().find(|change| {
+                    let at_s = change.time.seconds();
+                    at_s > *time_s
+                        && at_s < end_s
+                        && !matches!(change.to, Mode::Position | Mode::Velocity)
+                });
+                let lost_s = lost.map(|change| change.time.seconds());
+                let judged = time_s + REACHED_S..lost_s.unwrap_or(end_s);
                 let deviation_rms_mps = flight.velocity_deviation_mps(judged, wanted_mps);
-                Some(Self { time_s: *time_s, wanted_mps, deviation_rms_mps })
+                Some(Self { time_s: *time_s, wanted_mps, lost_s, deviation_rms_mps })
             }
             _ => None,
         })
@@ -101,13 +111,16 @@ impl VelocitySummary {
     pub fn in_words(&self) -> String {
         let [forward, right, down] = self.wanted_mps;
         let found = self.deviation_rms_mps.map_or_else(
-            || format!("it ends within {REACHED_S:.0} s: no figures"),
+            || format!("no figures, for it ends within {REACHED_S:.0} s"),
             |[forward, right, down]| {
                 format!("within {forward:.2}, {right:.2}, {down:.2} m/s RMS of it")
             },
         );
+        let lost = self.lost_s.map_or_else(String::new, |at_s| {
+            format!("; the autopilot left the set-point at {at_s:.0} s")
+        });
         format!(
-            "from {:.0} s on at {forward}, {right}, {down} m/s forward, right, down: {found}",
+            "from {:.0} s on at {forward}, {right}, {down} m/s forward, right, down: {found}{lost}",
             self.time_s
         )
     }

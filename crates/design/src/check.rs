@@ -81,8 +81,10 @@ const LEAST_GAIN_DB: f64 = ZONE.0;
 const LEAST_PHASE_DEG: f64 = ZONE.1;
 /// Longest acceptable recovery from a disturbance, s.
 const LONGEST_S: f64 = 8.0;
-/// Speed, m/s, that every autopilot may command.
+/// Speed, m/s, that an autopilot without margins in forward flight may command.
 const SLOW_MPS: f64 = 1.0;
+/// Largest speed, m/s, that an autopilot may command.
+const FASTEST_MPS: f64 = 15.0;
 /// Number of frequencies for approximate margins.
 const QUICK_FREQUENCIES: usize = 600;
 
@@ -117,10 +119,7 @@ impl CheckedDesign {
         let drift = |disturbance| design.drift(&model, disturbance, Self::FOLLOWED_S);
         let responses = TABLE_6_1.into_iter().map(respond).collect::<Result<Vec<_>, _>>()?;
         let open_responses = TABLE_6_1.into_iter().map(drift).collect::<Result<_, _>>()?;
-        let in_mode = |mode| -> Result<_, DesignError> {
-            Ok((mode, design.close_in(&model, &gains, mode, Cut::Actuators)?.margins().ok()))
-        };
-        let modes = FlightMode::ALL.into_iter().map(in_mode).collect::<Result<Vec<_>, _>>()?;
+        let modes = design.margins_in_modes(&model, &gains)?;
         let is_counted = design.estimator != EstimatorLag::NONE;
         let lag = if is_counted { design.estimator } else { EstimatorLag::default() };
         let by_lag = FlightMode::ALL
@@ -244,15 +243,44 @@ impl CheckedDesign {
         })
     }
 
-    /// The configuration of the autopilot with these gains. With models of forward flight it allows the speed up to which
-    /// the margins suffice, rounded to 0.1 m/s, and at least the 1 m/s of a hover.
+    /// The checked design with its margins at the speeds of the models `at_speed`; without models the design itself.
+    ///
+    /// # Errors
+    /// [`DesignError::At`] for models that contradict each other or cannot be used.
+    pub fn with_forward(mut self, at_speed: &[StateSpace]) -> Result<Self, DesignError> {
+        if at_speed.is_empty() {
+            return Ok(self);
+        }
+        let forward = ForwardFlight::of(&self.design, &self.model, &self.gains, at_speed)?;
+        // Hover itself has its own warnings.
+        let weak = forward.points.iter().filter(|own| own.speed_mps != 0.0 && !own.has_margins());
+        self.warnings.extend(weak.map(|point| {
+            let found = point.weakest().map_or_else(
+                || "a flight mode is unstable".to_owned(),
+                |[gain_db, phase_deg, _]| {
+                    format!("the weakest margins are {gain_db:.2} dB and {phase_deg:.2}°")
+                },
+            );
+            let speed_mps = point.speed_mps;
+            format!("at {speed_mps:.1} m/s {found}, expected at least {LEAST_GAIN_DB} dB and {LEAST_PHASE_DEG}°")
+        }));
+        self.warnings.extend(forward.apart_mps.iter().map(|[slow, fast]| {
+            format!(
+                "the models at {slow:.1} and {fast:.1} m/s have different states: no speed between them is checked"
+            )
+        }));
+        self.forward = Some(forward);
+        Ok(self)
+    }
+
+    /// The configuration of the autopilot with these gains. With models at speeds it allows the speed up to which the margins
+    /// suffice, from 1 m/s to the 15 m/s of the configuration. The limit applies in every direction, also in those without a
+    /// model.
     #[must_use]
     pub fn autopilot(&self) -> HoverConfig {
         let mut config = HoverConfig::new(self.design.period_s, self.gains);
-        if let Some(forward) = &self.forward {
-            // A flight at 5 m/s gives a model of 4.97 m/s.
-            let fastest_mps = (10.0 * forward.fastest_mps).round() / 10.0;
-            config.guidance.speed_mps = fastest_mps.max(SLOW_MPS);
+        if let Some(allowed_mps) = self.forward.as_ref().and_then(ForwardFlight::allowed_mps) {
+            config.guidance.speed_mps = allowed_mps.clamp(SLOW_MPS, FASTEST_MPS);
         }
         config
     }
@@ -268,30 +296,6 @@ impl CheckedDesign {
             (own.smallest_gain_db() / LEAST_GAIN_DB).min(own.phase_deg() / LEAST_PHASE_DEG)
         };
         channels.min_by(|(_, one), (_, other)| part(one).total_cmp(&part(other)))
-    }
-
-    /// The checked design with its margins in forward flight, from the models `ahead` at speeds other than hover. Their
-    /// states contain those of the model of the design.
-    ///
-    /// # Errors
-    /// [`DesignError`] where no loop can be closed around one of the models.
-    pub fn with_forward(mut self, ahead: &[StateSpace]) -> Result<Self, DesignError> {
-        let forward = ForwardFlight::of(&self.design, &self.model, &self.gains, ahead)?;
-        let weak = forward.points.iter().filter(|point| !point.has_margins());
-        self.warnings.extend(weak.map(|point| {
-            let found = point.weakest().map_or_else(
-                || "a flight mode is unstable".to_owned(),
-                |[gain_db, phase_deg, _]| {
-                    format!("the weakest margins are {gain_db:.2} dB and {phase_deg:.2}°")
-                },
-            );
-            format!(
-                "at {} m/s {found}, expected at least {LEAST_GAIN_DB} dB and {LEAST_PHASE_DEG}°",
-                point.speed_mps
-            )
-        }));
-        self.forward = Some(forward);
-        Ok(self)
     }
 
     /// The checked design with the phase loss by `notch`. The design must include the delay of the notch in its

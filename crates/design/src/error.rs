@@ -11,6 +11,14 @@ pub enum DesignError {
     /// The model is invalid.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// A model of the design is invalid.
+    #[error("{model}: {source}")]
+    At {
+        /// Name of the model.
+        model: String,
+        /// The reason.
+        source: Box<DesignError>,
+    },
     /// The shape of a matrix does not match the rest of the problem.
     #[error("{matrix}: found {rows}x{columns}, expected {expected_rows}x{expected_columns}")]
     Shape {

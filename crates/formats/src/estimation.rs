@@ -79,7 +79,7 @@ impl Pass {
             if !run.solutions.is_empty() {
                 run.solutions.iter().try_for_each(each)?;
                 let smoothed = thin(run.solutions);
-                let denied = run.denied.iter().map(Finding::from).collect();
+                let denied = run.inconsistent.iter().map(Finding::from).collect();
                 return Ok(Self { run: run.forward, smoothed, denied });
             }
         }

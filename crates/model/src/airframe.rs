@@ -61,6 +61,12 @@ pub enum AirframeError {
         /// Gravity with the sign of the entry, m/s².
         expected: f64,
     },
+    /// A model of forward flight. Its derivatives are about another velocity, and it contains the kinematics of its trim.
+    #[error("found a model of forward flight at {speed_mps} m/s, expected a model of hover")]
+    Forward {
+        /// Forward speed of the trim, m/s.
+        speed_mps: f64,
+    },
     /// The forces depend on the heading.
     #[error(
         "A, row {row}, column psi: found {found}, expected 0: the air does not know the heading"
@@ -95,6 +101,10 @@ impl LinearAirframe {
     /// [`AirframeError`].
     pub fn new(model: &StateSpace) -> Result<Self, AirframeError> {
         model.require_continuous()?;
+        let speed_mps = model.trim_speed_mps();
+        if speed_mps != 0.0 {
+            return Err(AirframeError::Forward { speed_mps });
+        }
         for name in &ROWS[..RIGID] {
             model.state(name)?;
         }

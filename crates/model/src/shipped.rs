@@ -28,17 +28,26 @@ pub fn raptor60() -> StateSpace {
     parsed("raptor60.toml", include_str!("data/raptor60.toml"))
 }
 
+/// Speed, m/s, beyond which no trim of the shipped helicopter is searched.
+const FASTEST_MPS: f64 = 50.0;
+
 /// The shipped 60-class helicopter linearised in steady forward flight at `speed_mps` in calm air; backward flight is
 /// negative. Its states and inputs are those of [`raptor60`].
 ///
 /// # Errors
 /// [`ModelError::Speed`] for a speed at which it has no trim within the travel of its sticks.
 pub fn raptor60_at(speed_mps: f64) -> Result<StateSpace, ModelError> {
+    if speed_mps.abs() > FASTEST_MPS || !speed_mps.is_finite() {
+        return Err(ModelError::Speed { found: format!("{speed_mps:e}") });
+    }
     let (calm, ahead) = (Vector::ZERO, Vector::new(speed_mps, 0.0, 0.0));
     let trimmed = Helicopter::new(HelicopterParameters::raptor60())
         .and_then(|helicopter| Ok((helicopter.trim(ahead, calm, 0.0)?, helicopter)));
     match trimmed {
-        Ok((trim, helicopter)) => helicopter.linearise(&trim, calm).with_trim_speed(speed_mps),
+        Ok((trim, helicopter)) => helicopter
+            .linearise(&trim, calm)
+            .named(&format!("raptor60@{speed_mps}"))
+            .with_trim_speed(speed_mps),
         Err(error) => Err(ModelError::Speed { found: format!("{speed_mps}: {error}") }),
     }
 }

@@ -65,6 +65,13 @@ impl StateSpace {
         })
     }
 
+    /// The model with another name.
+    #[must_use]
+    pub fn named(mut self, name: &str) -> Self {
+        self.name = name.into();
+        self
+    }
+
     /// The model with a note on the source of its numbers.
     #[must_use]
     pub fn with_source(mut self, source: &str) -> Self {
@@ -99,7 +106,8 @@ impl StateSpace {
     /// [`ModelError::Speed`] for a velocity that is not finite.
     ///
     /// # Source
-    /// The linear part of equation (I25) of docs/equations.md.
+    /// Linear terms of velocity and rate of equation (I25) of docs/equations.md. The terms of gravity about a tilted trim
+    /// are omitted.
     pub fn in_motion(mut self, velocity_mps: [f64; 3], rows: &[&str]) -> Result<Self, ModelError> {
         let [u, v, w] = velocity_mps;
         let turning = [
@@ -389,22 +397,30 @@ impl StateSpace {
     }
 
     /// The model between this one and `other`: every element of A and B, and the trim speed, at the fraction `share` of
-    /// the way to `other`. `other` may have its states and inputs in another order. Outputs are the states; parameters
-    /// and covariance are omitted.
-    ///
-    /// # Errors
-    /// [`ModelError::Unknown`] where `other` lacks a state or an input of this model.
-    pub fn between(&self, other: &Self, share: f64) -> Result<Self, ModelError> {
-        let names = |list: &[Signal]| list.iter().map(|own| own.name.clone()).collect::<Vec<_>>();
+    /// the way to `other`. Outputs are the states; parameters and covariance are omitted. `None` for models of different
+    /// states, inputs, units or time domains; their order may differ.
+    #[must_use]
+    pub fn between(&self, other: &Self, share: f64) -> Option<Self> {
+        let is_same = |own: &[Signal], others: &[Signal]| {
+            own.len() == others.len() && own.iter().all(|signal| others.contains(signal))
+        };
+        let comparable = self.time() == other.time()
+            && is_same(&self.states, &other.states)
+            && is_same(&self.inputs, &other.inputs);
+        if !comparable {
+            return None;
+        }
+        let names =
+            |list: &'_ [Signal]| list.iter().map(|own| own.name.clone()).collect::<Vec<_>>();
         let (states, inputs) = (names(&self.states), names(&self.inputs));
         let states: Vec<&str> = states.iter().map(String::as_str).collect();
         let inputs: Vec<&str> = inputs.iter().map(String::as_str).collect();
-        let (mut model, other) =
-            (self.subsystem(&states, &inputs)?, other.subsystem(&states, &inputs)?);
+        let mut model = self.subsystem(&states, &inputs).ok()?;
+        let other = other.subsystem(&states, &inputs).ok()?;
         model.linear.a += (&other.linear.a - &self.linear.a) * share;
         model.linear.b += (&other.linear.b - &self.linear.b) * share;
         model.trim_speed_mps += share * (other.trim_speed_mps - self.trim_speed_mps);
-        Ok(model)
+        Some(model)
     }
 
     /// The slow model in which the states `fast` follow the others without delay (residualisation). For example, a

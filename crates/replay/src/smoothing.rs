@@ -28,7 +28,7 @@ pub struct SmoothedRun {
     /// [`smooth`].
     pub solutions: Vec<Solution>,
     /// Spans whose smoothed solutions were inconsistent with the fixes. The filter's own solutions replace them.
-    pub denied: Vec<InconsistentSpan>,
+    pub inconsistent: Vec<InconsistentSpan>,
 }
 
 /// Smallest number of samples of a block, for which the smoother needs 16 MB.
@@ -154,7 +154,7 @@ fn smoothed(
     if !spans.is_empty() {
         put_forward(dataset, config, &spans, &mut solutions);
     }
-    Some(SmoothedRun { forward, solutions, denied: spans })
+    Some(SmoothedRun { forward, solutions, inconsistent: spans })
 }
 
 /// Replaces the solutions in these spans by those of a forward run.

@@ -50,7 +50,7 @@ pub use dmu::{AttitudeConfig, DmuConfig, DmuOutput, ImuTruth, MagnetometerConfig
 pub use engine::EngineConfig;
 pub use flight::{
     Excursion, Feedback, Flight, FlightConfig, FlightError, FlightEvent, FlightSample,
-    HoverStatistics,
+    HoverStatistics, velocity_deviation_mps,
 };
 pub use gps::{GpsConfig, SimulatedGps};
 pub use leg::{Leg, Level};

@@ -115,7 +115,7 @@ impl Flight<'_> {
             return Row { refused, ..Row::new(&self.set.name, "smoothed") };
         }
         let solutions = thin(smoothed.solutions);
-        let denied = smoothed.denied.iter().map(Finding::from).collect();
+        let denied = smoothed.inconsistent.iter().map(Finding::from).collect();
         self.row("smoothed", &smoothed.forward, &solutions, denied)
     }
 

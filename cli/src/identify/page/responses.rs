@@ -27,7 +27,7 @@ pub fn second_opinion(frequency: Result<&FrequencyDomain, &FrequencyError>) -> S
              respond to gusts."
         }
         Basis::Injected => {
-            "The responses use the injected test inputs, over the whole flight near a hover. Corrections of \
+            "The responses use the injected test inputs, over the whole flight near the trim. Corrections of \
              gusts by the pilot or the autopilot do not disturb them."
         }
     };

@@ -172,11 +172,18 @@ impl HoverDesign {
         if model.name() == "thesis-hover" {
             return Self::thesis();
         }
-        let mut design = Self { estimator: EstimatorLag::default(), ..Self::default() };
-        let [cyclic_s, tail_s] = design.late_s(model);
-        design.servo_s = design.servo_s.max(cyclic_s.min(MOST_LAG_S));
-        design.tail_servo_s = design.tail_servo_s.max(tail_s.min(MOST_LAG_S));
-        design
+        let design = Self { estimator: EstimatorLag::default(), ..Self::default() };
+        design.as_late_as(design.late_s(model))
+    }
+
+    /// The same design behind servos with at least these lags, s, of cyclic and collective and of the pedal.
+    #[must_use]
+    pub(crate) fn as_late_as(&self, [cyclic_s, tail_s]: [f64; 2]) -> Self {
+        Self {
+            servo_s: self.servo_s.max(cyclic_s.min(MOST_LAG_S)),
+            tail_servo_s: self.tail_servo_s.max(tail_s.min(MOST_LAG_S)),
+            ..self.clone()
+        }
     }
 
     /// Largest sum of stick delay and lag in `model` minus one sample of the loop, s. The first value is that of cyclic

@@ -1,7 +1,8 @@
 //! Margins of the gains in forward flight.
 
-use super::closed_loop::{Cut, FlightMode};
+use super::closed_loop::FlightMode;
 use super::config::HoverDesign;
+use super::plant::normalised;
 use crate::{DesignError, Margins, ZONE};
 use hovernav::autopilot::Gains;
 use hovernav_model::StateSpace;
@@ -11,15 +12,17 @@ const BETWEEN: usize = 3;
 
 /// Margins of one set of gains from hover to the fastest given model.
 ///
-/// The gains do not change with speed. Given models are those of a trim at their speed; between two of them every
-/// derivative is interpolated.
+/// The gains do not change with speed. Given models are those of a trim at their speed. Between two of them every
+/// derivative is interpolated if both have the same states; else there are no points between them.
 #[derive(Clone, Debug)]
 pub struct ForwardFlight {
-    /// The points, in order of their speeds.
+    /// The points, in order of their speeds; negative backwards.
     pub points: Vec<ForwardPoint>,
-    /// Largest speed, m/s, up to which every point from hover on has 6 dB and 45° in every flight mode; 0 where not even
-    /// hover has.
-    pub fastest_mps: f64,
+    /// Largest speed forwards and backwards, m/s, up to which every point from hover on has the margins of [`ZONE`] in
+    /// every flight mode, rounded to 0.1 m/s. It is 0 where hover lacks them. `None` for a direction without a model.
+    pub fastest_mps: [Option<f64>; 2],
+    /// Speeds, m/s, of neighbouring models with different states.
+    pub apart_mps: Vec<[f64; 2]>,
 }
 
 /// Margins at one speed.
@@ -33,44 +36,122 @@ pub struct ForwardPoint {
     pub modes: Vec<(FlightMode, Option<Margins>)>,
 }
 
+/// Rejects a model of forward flight, for which no gains are designed.
+///
+/// # Errors
+/// [`DesignError::At`].
+pub(super) fn require_hover(model: &StateSpace) -> Result<(), DesignError> {
+    match model.trim_speed_mps() {
+        0.0 => Ok(()),
+        value => Err(at(model, of_speed(value, "0, a model of hover"))),
+    }
+}
+
+/// A model of a design in the form of its equations, with the lags that its sticks have.
+#[derive(Clone, Debug)]
+pub(super) struct FlownModel {
+    pub model: StateSpace,
+    /// Delay and lag minus one sample, s, of cyclic and collective and of the pedal.
+    late_s: [f64; 2],
+}
+
+impl FlownModel {
+    /// `design` with the lags of this vehicle where they are larger.
+    pub fn flown_by(&self, design: &HoverDesign) -> HoverDesign {
+        design.as_late_as(self.late_s)
+    }
+
+    fn speed_mps(&self) -> f64 {
+        self.model.trim_speed_mps()
+    }
+
+    fn between(&self, other: &Self, share: f64) -> Option<Self> {
+        let model = self.model.between(&other.model, share)?;
+        let late_s = [0, 1].map(|stick| self.late_s[stick].max(other.late_s[stick]));
+        Some(Self { model, late_s })
+    }
+}
+
+/// The models of a design: that of hover, then those at other speeds.
+///
+/// # Errors
+/// [`DesignError::At`] for a first model that is not of hover, for two of the same speed, and for one at a speed that
+/// cannot be used; [`DesignError`] for a model of hover that cannot be used.
+pub(super) fn models(
+    design: &HoverDesign,
+    hover: &StateSpace,
+    at_speed: &[StateSpace],
+) -> Result<Vec<FlownModel>, DesignError> {
+    require_hover(hover)?;
+    let of = |model: &StateSpace| -> Result<FlownModel, DesignError> {
+        Ok(FlownModel { model: normalised(model)?, late_s: design.late_s(model) })
+    };
+    let mut models = vec![of(hover)?];
+    for model in at_speed {
+        let speed_mps = model.trim_speed_mps();
+        if models.iter().any(|own| own.speed_mps() == speed_mps) {
+            let expected = "another speed than those of the other models";
+            return Err(at(model, of_speed(speed_mps, expected)));
+        }
+        models.push(of(model).map_err(|source| at(model, source))?);
+    }
+    Ok(models)
+}
+
+fn of_speed(value: f64, expected: &'static str) -> DesignError {
+    DesignError::Range { name: "trim_speed_mps", value, expected }
+}
+
+fn at(model: &StateSpace, source: DesignError) -> DesignError {
+    DesignError::At { model: model.name().into(), source: Box::new(source) }
+}
+
 impl ForwardFlight {
-    /// The margins of `gains`, designed for the `hover` model, with it, with the models `ahead` at other speeds, and with
-    /// three models between each two neighbours.
+    /// The margins of `gains`, designed for the `hover` model, with it, with the models `at_speed`, and with three models
+    /// between each two neighbours. Each model flies with its own delays and lags.
     ///
     /// # Errors
-    /// [`DesignError`], also where a model of `ahead` lacks a state of `hover`, and [`DesignError::Range`] where two models
-    /// have the same speed.
+    /// [`DesignError::At`] for models that contradict each other or cannot be used.
     pub(crate) fn of(
         design: &HoverDesign,
         hover: &StateSpace,
         gains: &Gains,
-        ahead: &[StateSpace],
+        at_speed: &[StateSpace],
     ) -> Result<Self, DesignError> {
-        let mut given: Vec<&StateSpace> = ahead.iter().chain([hover]).collect();
-        given.sort_by(|one, other| one.trim_speed_mps().total_cmp(&other.trim_speed_mps()));
-        let mut points = Vec::new();
-        for pair in given.windows(2) {
-            let (slow, fast) = (pair[0], pair[1]);
-            if slow.trim_speed_mps() == fast.trim_speed_mps() {
-                return Err(DesignError::Range {
-                    name: "trim_speed_mps of a model",
-                    value: fast.trim_speed_mps(),
-                    expected: "another speed than those of the other models",
-                });
-            }
-            points.push(ForwardPoint::of(design, gains, slow, true)?);
-            for step in 1..=BETWEEN {
-                let share = step as f64 / (BETWEEN + 1) as f64;
-                points.push(ForwardPoint::of(design, gains, &slow.between(fast, share)?, false)?);
+        let mut given = models(design, hover, at_speed)?;
+        given.sort_by(|one, other| one.speed_mps().total_cmp(&other.speed_mps()));
+        let (mut points, mut apart_mps) = (Vec::new(), Vec::new());
+        for (index, model) in given.iter().enumerate() {
+            points.push(ForwardPoint::of(design, gains, model, true)?);
+            let Some(next) = given.get(index + 1) else { break };
+            let shares = (1..=BETWEEN).map(|step| step as f64 / (BETWEEN + 1) as f64);
+            match shares.map(|share| model.between(next, share)).collect::<Option<Vec<_>>>() {
+                Some(between) => {
+                    for model in &between {
+                        points.push(ForwardPoint::of(design, gains, model, false)?);
+                    }
+                }
+                None => apart_mps.push([model, next].map(FlownModel::speed_mps)),
             }
         }
-        if let Some(fastest) = given.last() {
-            points.push(ForwardPoint::of(design, gains, fastest, true)?);
-        }
-        let ahead = points.iter().filter(|point| point.speed_mps >= 0.0);
-        let sound = ahead.take_while(|point| point.has_margins());
-        let fastest_mps = sound.map(|point| point.speed_mps).fold(0.0, f64::max);
-        Ok(Self { points, fastest_mps })
+        let (behind, ahead) = points.split_at(points.partition_point(|own| own.speed_mps < 0.0));
+        let (hover, ahead) = ahead.split_at(ahead.len().min(1));
+        let is_sound = hover.iter().all(ForwardPoint::has_margins);
+        let fastest = |on: &mut dyn Iterator<Item = &ForwardPoint>| {
+            let sound = on.take_while(|point| is_sound && point.has_margins()).last();
+            sound.map_or(0.0, |point| point.allowed_mps())
+        };
+        let fastest_mps = [
+            (!ahead.is_empty()).then(|| fastest(&mut ahead.iter())),
+            (!behind.is_empty()).then(|| fastest(&mut behind.iter().rev())),
+        ];
+        Ok(Self { points, fastest_mps, apart_mps })
+    }
+
+    /// Largest speed, m/s, with the margins of [`ZONE`] in every direction for which a model was given.
+    #[must_use]
+    pub fn allowed_mps(&self) -> Option<f64> {
+        self.fastest_mps.into_iter().flatten().reduce(f64::min)
     }
 }
 
@@ -78,17 +159,18 @@ impl ForwardPoint {
     fn of(
         design: &HoverDesign,
         gains: &Gains,
-        model: &StateSpace,
+        model: &FlownModel,
         is_given: bool,
     ) -> Result<Self, DesignError> {
-        let in_mode = |mode| -> Result<_, DesignError> {
-            Ok((mode, design.close_in(model, gains, mode, Cut::Actuators)?.margins().ok()))
-        };
-        Ok(Self {
-            speed_mps: model.trim_speed_mps(),
-            is_given,
-            modes: FlightMode::ALL.into_iter().map(in_mode).collect::<Result<_, _>>()?,
-        })
+        let modes = model.flown_by(design).margins_in_modes(&model.model, gains)?;
+        Ok(Self { speed_mps: model.speed_mps(), is_given, modes })
+    }
+
+    /// Size of the speed, m/s, rounded to 0.1: for a given model to the nearest, because a flight at 5 m/s gives a model of
+    /// 4.97 m/s, and else down.
+    fn allowed_mps(&self) -> f64 {
+        let tenths = 10.0 * self.speed_mps.abs();
+        (if self.is_given { tenths.round() } else { tenths.floor() }) / 10.0
     }
 
     /// Smallest gain margin, dB, phase margin, °, and disk margin of any loop in any mode; `None` where a mode is
@@ -107,7 +189,7 @@ impl ForwardPoint {
         }))
     }
 
-    /// Whether every loop has 6 dB and 45° in every flight mode.
+    /// Whether every loop has the margins of [`ZONE`] in every flight mode.
     #[must_use]
     pub fn has_margins(&self) -> bool {
         self.weakest()

@@ -52,7 +52,8 @@ pub(super) fn normalised(model: &StateSpace) -> Result<StateSpace, DesignError> 
         states.push(Signal::new("psi", "rad"));
     }
     let inputs = STICKS.map(|name| Signal::new(name, "stick")).to_vec();
-    Ok(StateSpace::new(model.name(), TimeDomain::Continuous, states, inputs, a, b)?)
+    let plant = StateSpace::new(model.name(), TimeDomain::Continuous, states, inputs, a, b)?;
+    Ok(plant.with_trim_speed(model.trim_speed_mps())?)
 }
 
 /// Flapping and bar states of `plant`.

@@ -3,6 +3,7 @@
 use super::closed_loop::{self, Cut, FlightMode};
 use super::config::HoverDesign;
 use super::evolution::Random;
+use super::forward::{self, FlownModel};
 use super::limited::back_with_stops_s;
 use super::perturbation::Perturbed;
 use super::plant::normalised;
@@ -54,7 +55,9 @@ const FREQUENCIES: usize = 90;
 const SEED: u64 = 20_050_611;
 
 impl HoverDesign {
-    /// Searches the weights of this design for `wanted` on `model`. The same start gives the same result.
+    /// Searches the weights of this design for `wanted` on `model`, the vehicle in hover. The same start gives the same
+    /// result. With models of the vehicle `at_speed`, the required margins also apply to each of them, with the gains of
+    /// hover.
     ///
     /// Each trial multiplies one or a few weights by random factors. A design with a smaller shortfall is kept. The
     /// range of the factors widens after success and narrows after failure. The shortfall is a sum over settling,
@@ -67,38 +70,26 @@ impl HoverDesign {
     /// pitch for these requirements alone; its result is selected where it violates them less.
     ///
     /// # Errors
-    /// [`DesignError`] where the initial design is impossible for the model.
+    /// [`DesignError`] where the initial design is impossible for the model, and [`DesignError::At`] for models that
+    /// contradict each other or cannot be used.
     ///
     /// # Source
     /// The step rule is Rechenberg's one-fifth rule: Schwefel, *Evolution and Optimum Seeking* (1995).
-    pub fn searched(&self, model: &StateSpace, wanted: &Wanted) -> Result<Search, DesignError> {
-        self.searched_with(model, &[], wanted)
-    }
-
-    /// As [`searched`](Self::searched). The required margins also apply to the gains of `model` with each model of
-    /// `ahead`: the vehicle in forward flight.
-    ///
-    /// # Errors
-    /// As [`searched`](Self::searched).
-    pub fn searched_with(
+    pub fn searched(
         &self,
         model: &StateSpace,
-        ahead: &[StateSpace],
+        at_speed: &[StateSpace],
         wanted: &Wanted,
     ) -> Result<Search, DesignError> {
-        let gains = self.synthesise(model)?;
-        // A model that the loops cannot be closed around is an error, not a shortfall.
-        for other in ahead {
-            self.close(other, &gains)?;
-        }
+        let models = forward::models(self, model, at_speed)?;
+        self.synthesise(model)?;
         let mut random = Random(SEED);
         let perturbed = Perturbed::new(self, model, (wanted.off, PERTURBED), &mut random)?;
         let in_flight = |design: &HoverDesign, least: f64| {
-            in_flight(design, (model, ahead), &perturbed, wanted, least).unwrap_or(f64::INFINITY)
+            in_flight(design, &models, &perturbed, wanted, least).unwrap_or(f64::INFINITY)
         };
-        let in_attitude = |design: &HoverDesign| {
-            in_attitude(design, (model, ahead), wanted).unwrap_or(f64::INFINITY)
-        };
+        let in_attitude =
+            |design: &HoverDesign| in_attitude(design, &models, wanted).unwrap_or(f64::INFINITY);
         let evaluated = |design: Self| {
             let (flight, attitude) = (in_flight(&design, f64::INFINITY), in_attitude(&design));
             Evaluated { design, flight, attitude }
@@ -241,15 +232,16 @@ fn weights(design: &mut HoverDesign, of: Loop) -> Vec<BoundedWeight<'_>> {
     weights
 }
 
-/// Shortfall of `design` from `wanted` with known velocity. The evaluation stops early once the shortfall is at least
+/// Shortfall of `design` from `wanted` with known velocity. The first of `models` is that of hover. The evaluation stops early once the shortfall is at least
 /// `least`.
 fn in_flight(
     design: &HoverDesign,
-    (model, ahead): (&StateSpace, &[StateSpace]),
+    models: &[FlownModel],
     perturbed: &Perturbed,
     wanted: &Wanted,
     least: f64,
 ) -> Result<f64, DesignError> {
+    let Some(FlownModel { model, .. }) = models.first() else { return Ok(f64::INFINITY) };
     let gains = design.synthesise(model)?;
     if !is_stable(design, model, &gains, FlightMode::Velocity)? {
         return Ok(f64::INFINITY);
@@ -277,8 +269,8 @@ fn in_flight(
         return Ok(short);
     }
     for mode in [FlightMode::Velocity, FlightMode::Position] {
-        for model in ahead.iter().chain([model]) {
-            short += margins_short(design, model, &gains, mode, wanted)?;
+        for own in models {
+            short += margins_short(&own.flown_by(design), &own.model, &gains, mode, wanted)?;
             if short >= least {
                 return Ok(short);
             }
@@ -296,12 +288,15 @@ fn in_flight(
 /// Shortfall of `design` without known velocity.
 fn in_attitude(
     design: &HoverDesign,
-    (model, ahead): (&StateSpace, &[StateSpace]),
+    models: &[FlownModel],
     wanted: &Wanted,
 ) -> Result<f64, DesignError> {
-    let gains = design.synthesise(model)?;
-    let models = ahead.iter().chain([model]);
-    models.map(|model| margins_short(design, model, &gains, FlightMode::Attitude, wanted)).sum()
+    let Some(hover) = models.first() else { return Ok(f64::INFINITY) };
+    let gains = design.synthesise(&hover.model)?;
+    let short = |own: &FlownModel| {
+        margins_short(&own.flown_by(design), &own.model, &gains, FlightMode::Attitude, wanted)
+    };
+    models.iter().map(short).sum()
 }
 
 fn margins_short(

@@ -2,11 +2,12 @@
 
 use super::closed_loop::{self, Cut, FlightMode, Parts};
 use super::config::{HeavePoles, HoverDesign};
+use super::forward::require_hover;
 use super::gusts::{self, GustResponse, Gusts};
 use super::limited;
 use super::plant::{normalised, other_states, rotor_states};
 use super::regulator::{self, Weights};
-use crate::{DesignError, DisturbanceResponse, Loop};
+use crate::{DesignError, DisturbanceResponse, Loop, Margins};
 use hovernav::autopilot::{Gains, PidGains, RegulatorGains, StickLimits};
 use hovernav_model::StateSpace;
 
@@ -21,13 +22,14 @@ impl HoverDesign {
     /// yaw gyro.
     ///
     /// # Errors
-    /// [`DesignError`].
+    /// [`DesignError`], and [`DesignError::At`] for a model of forward flight.
     ///
     /// # Source
     /// The tracking time of a slow yaw integral is half its integration time: Åström and Hägglund, *Advanced PID
     /// Control* (2006), section 3.5, between the derivative and the integral time.
     pub fn synthesise(&self, model: &StateSpace) -> Result<Gains, DesignError> {
         self.check()?;
+        require_hover(model)?;
         let whole = normalised(model)?;
         let rotor = rotor_states(&whole);
         let others = other_states(&whole);
@@ -116,6 +118,21 @@ impl HoverDesign {
             Cut::Actuators => Loop::at_plant_input(&plant, &controller),
             Cut::Outputs => Loop::at_plant_output(&plant, &controller),
         }
+    }
+
+    /// Margins in each flight mode, with the loops broken at the actuators; `None` where the mode is unstable.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn margins_in_modes(
+        &self,
+        model: &StateSpace,
+        gains: &Gains,
+    ) -> Result<Vec<(FlightMode, Option<Margins>)>, DesignError> {
+        let in_mode = |mode| -> Result<_, DesignError> {
+            Ok((mode, self.close_in(model, gains, mode, Cut::Actuators)?.margins().ok()))
+        };
+        FlightMode::ALL.into_iter().map(in_mode).collect()
     }
 
     /// Closed-loop response to `disturbance`, a state of [`DISTURBED`](crate::DISTURBED) and its size in SI units, in

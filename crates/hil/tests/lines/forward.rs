@@ -1,5 +1,7 @@
 //! Forward flight over the lines: the pilot steers, the autopilot flies.
 
+use hovernav_sim::velocity_deviation_mps;
+
 use crate::common::{Setup, all_flown};
 
 /// Speed at full stick, m/s.
@@ -17,20 +19,9 @@ fn a_stick_held_forward_flies_at_5_m_per_s_and_released_stops() {
     });
     let flown = &flights[0];
     assert_eq!(flown.crashed_s, None, "{:#?}", flown.record.events);
+    let truths = || flown.samples.iter().map(|sample| sample.truth);
     let rms = |from_s: f64, to_s: f64, forward_mps: f64| {
-        let truths = flown.samples.iter().map(|sample| sample.truth);
-        let judged: Vec<_> =
-            truths.filter(|truth| (from_s..to_s).contains(&truth.time.seconds())).collect();
-        let square = |axis: usize| {
-            let squares = judged.iter().map(|truth| {
-                let (sin, cos) = truth.body_to_ned.heading_sincos();
-                let [north, east, down] = truth.velocity_mps.to_array();
-                let level = [cos * north + sin * east, cos * east - sin * north, down];
-                (level[axis] - [forward_mps, 0.0, 0.0][axis]).powi(2)
-            });
-            (squares.sum::<f64>() / judged.len() as f64).sqrt()
-        };
-        [0, 1, 2].map(square)
+        velocity_deviation_mps(truths(), from_s..to_s, [forward_mps, 0.0, 0.0]).unwrap()
     };
     let cruise = rms(12.0 + REACHED_S, 38.0, SPEED_MPS);
     let stopped = rms(38.0 + REACHED_S, 60.0, 0.0);

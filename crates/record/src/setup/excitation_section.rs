@@ -23,7 +23,7 @@ pub struct ExcitationSection {
     pub tilt_rad: f64,
     /// Angular rate that ends the inputs, rad/s, 0.05 to 10.
     pub rate_radps: f64,
-    /// Ground speed that ends the inputs, m/s, 0.2 to 20.
+    /// Deviation from the commanded velocity that ends the inputs, m/s, 0.2 to 20.
     pub speed_mps: f64,
     /// The inputs, in the order of flight; 1 to 16 including repetitions.
     pub inputs: Vec<InputSection>,

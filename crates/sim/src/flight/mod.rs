@@ -7,4 +7,4 @@ mod statistics;
 
 pub use config::{Feedback, FlightConfig, FlightError, FlightEvent};
 pub use record::{Flight, FlightSample};
-pub use statistics::{Excursion, HoverStatistics};
+pub use statistics::{Excursion, HoverStatistics, velocity_deviation_mps};

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::record::{Flight, FlightSample};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, wrap_angle};
+use hovernav_dataset::Truth;
 
 /// Quality of a hover from a given sample on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,27 +52,14 @@ impl Flight {
         })
     }
 
-    /// Root mean square of the deviation from the velocity `wanted_mps` forward, to the right and down, level axes of the
-    /// heading, m/s, at the times of `span_s`; `None` without a sample in it.
+    /// As [`velocity_deviation_mps`], at the times of `span_s`.
     #[must_use]
     pub fn velocity_deviation_mps(
         &self,
         span_s: Range<f64>,
         wanted_mps: [f64; 3],
     ) -> Option<[f64; 3]> {
-        let truths = self.samples.iter().map(|sample| sample.truth);
-        let judged = truths.filter(|truth| span_s.contains(&truth.time.seconds()));
-        let (mut squares, mut count) = ([0.0; 3], 0.0);
-        for truth in judged {
-            let (sin, cos) = truth.body_to_ned.heading_sincos();
-            let [north, east, down] = truth.velocity_mps.to_array();
-            let level = [cos * north + sin * east, cos * east - sin * north, down];
-            for ((square, level), wanted) in squares.iter_mut().zip(level).zip(wanted_mps) {
-                *square += (level - wanted).powi(2);
-            }
-            count += 1.0;
-        }
-        (count > 0.0).then(|| squares.map(|square| (square / count).sqrt()))
+        velocity_deviation_mps(self.samples.iter().map(|sample| sample.truth), span_s, wanted_mps)
     }
 
     /// Quality of the hover from `from_s` on, relative to the vehicle's state at that time; all zero where the flight
@@ -137,6 +125,27 @@ impl Flight {
             }),
         }
     }
+}
+
+/// Root mean square of the deviation of `truths` from the velocity `wanted_mps` forward, to the right and down, level axes
+/// of the heading, m/s, at the times of `span_s`; `None` without a sample in it.
+#[must_use]
+pub fn velocity_deviation_mps(
+    truths: impl Iterator<Item = Truth>,
+    span_s: Range<f64>,
+    wanted_mps: [f64; 3],
+) -> Option<[f64; 3]> {
+    let (mut squares, mut count) = ([0.0; 3], 0.0);
+    for truth in truths.filter(|truth| span_s.contains(&truth.time.seconds())) {
+        let (sin, cos) = truth.body_to_ned.heading_sincos();
+        let [north, east, down] = truth.velocity_mps.to_array();
+        let level = [cos * north + sin * east, cos * east - sin * north, down];
+        for ((square, level), wanted) in squares.iter_mut().zip(level).zip(wanted_mps) {
+            *square += (level - wanted).powi(2);
+        }
+        count += 1.0;
+    }
+    (count > 0.0).then(|| squares.map(|square| (square / count).sqrt()))
 }
 
 /// Roll, pitch and yaw, rad.

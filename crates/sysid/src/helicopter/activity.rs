@@ -3,7 +3,8 @@
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-use super::bandwidth::bands_hz;
+use super::bandwidth::{STILL, bands_hz};
+use super::flight_condition::FlightCondition;
 use super::model_structure::ModelStructure;
 use crate::record::{STICKS, find_test_points, travels};
 use hovernav::time::Time;
@@ -15,10 +16,11 @@ pub struct StickActivity {
     pub stick: &'static str,
     /// Range without outliers, in the unit of the record.
     pub travel: f64,
-    /// Time in which the stick moves, s: seconds in which it changes by more than a tenth of its travel.
+    /// Time in which the stick moves, s: windows of a second, longer for slow records, in which it changes by more than a
+    /// tenth of its travel.
     pub moved_s: f64,
     /// First and last frequency of its movement, Hz: 5 % of the power lie below, 5 % above. `None` for a stick that does
-    /// not move.
+    /// not move, and for a record that is too short or too long for spectra.
     pub band_hz: Option<[f64; 2]>,
     /// Number of test points: steps of this stick alone.
     pub test_points: usize,
@@ -29,14 +31,16 @@ pub struct StickActivity {
 pub struct Activity {
     /// Lateral, longitudinal, collective, pedal.
     pub sticks: Vec<StickActivity>,
-    /// Names of the built-in structures whose sticks all move. Without fixes these are structures of rates.
+    /// Names of the built-in structures of hover whose sticks all move. Without fixes these are structures of rates.
     pub models: Vec<String>,
 }
 
-/// Fraction of the largest travel of all sticks below which a stick counts as still, as in an identification.
-const STILL: f64 = 0.05;
 /// Fraction of its travel by which a moving stick changes within a second.
 const MOVED: f64 = 0.1;
+/// Shortest movement of a stick from which a model is identified, s.
+const LEAST_MOVED_S: f64 = 3.0;
+/// Shortest window in which a movement is searched, s, and its number of rows.
+const WINDOW: (f64, f64) = (1.0, 3.0);
 /// Shortest and longest sample period of the spectra, s.
 const PERIOD_S: [f64; 2] = [0.01, 0.1];
 
@@ -50,21 +54,25 @@ impl Activity {
         let travels = travels(controls);
         let largest = travels.into_iter().fold(0.0, f64::max);
         let moves = travels.map(|travel| travel > STILL * largest);
-        let bands = bands(controls);
+        let usual_s = usual_interval_s(controls);
+        let bands = bands(controls, usual_s);
         let points = find_test_points(controls);
+        let window_s = WINDOW.0.max(WINDOW.1 * usual_s);
         let sticks = STICKS.into_iter().enumerate().map(|(index, stick)| StickActivity {
             stick,
             travel: travels[index],
             moved_s: if moves[index] {
-                moved_s(controls, index, MOVED * travels[index])
+                moved_s(controls, (index, MOVED * travels[index]), window_s)
             } else {
                 0.0
             },
             band_hz: bands.get(index).copied().flatten().filter(|_| moves[index]),
             test_points: points.iter().filter(|point| point.stick == Some(index)).count(),
         });
-        let is_moved =
-            |stick: &str| STICKS.iter().zip(moves).any(|(own, moves)| moves && *own == stick);
+        let sticks: Vec<StickActivity> = sticks.collect();
+        let is_moved = |stick: &str| {
+            sticks.iter().any(|own| own.stick == stick && own.moved_s >= LEAST_MOVED_S)
+        };
         let models = ModelStructure::all().filter(|model| {
             let equations = &model.equations;
             // A model of one stick needs only that stick.
@@ -72,31 +80,36 @@ impl Activity {
                 Some((stick, _)) => is_moved(stick),
                 None => equations.inputs_of_pilot().all(is_moved),
             };
-            is_excited && (has_fixes || model.has_rates_alone())
+            is_excited
+                && model.condition == FlightCondition::HOVER
+                && (has_fixes || model.has_rates_alone())
         });
         let models = models.map(|model| model.name().to_owned()).collect();
-        Self { sticks: sticks.collect(), models }
+        Self { models, sticks }
     }
 }
 
-/// Seconds in which the stick `index` changes by more than `least`.
-fn moved_s(controls: &[(Time, [f64; 4])], index: usize, least: f64) -> f64 {
-    let seconds =
-        controls.chunk_by(|one, other| one.0.seconds().floor() == other.0.seconds().floor());
-    let moved = seconds.filter(|rows| {
+/// Usual interval of `controls`, s; 0 with fewer than two rows.
+fn usual_interval_s(controls: &[(Time, [f64; 4])]) -> f64 {
+    let mut intervals: Vec<f64> = controls.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+    intervals.sort_by(f64::total_cmp);
+    intervals.get(intervals.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Length of the windows of `window_s` in which a stick changes by more than a given size, s.
+fn moved_s(controls: &[(Time, [f64; 4])], (index, least): (usize, f64), window_s: f64) -> f64 {
+    let window = |row: &(Time, [f64; 4])| (row.0.seconds() / window_s).floor();
+    let moved = controls.chunk_by(|one, other| window(one) == window(other)).filter(|rows| {
         let values = || rows.iter().map(|row| row.1[index]).filter(|value| value.is_finite());
         values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min) > least
     });
-    moved.count() as f64
+    moved.count() as f64 * window_s
 }
 
-/// Band of each stick, with its position held from row to row.
-fn bands(controls: &[(Time, [f64; 4])]) -> Vec<Option<[f64; 2]>> {
+/// Band of each stick, with its position held from row to row, of rows with the interval `usual_s`.
+fn bands(controls: &[(Time, [f64; 4])], usual_s: f64) -> Vec<Option<[f64; 2]>> {
     let (Some(first), Some(last)) = (controls.first(), controls.last()) else { return Vec::new() };
-    let mut intervals: Vec<f64> = controls.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
-    intervals.sort_by(f64::total_cmp);
     let [shortest_s, longest_s] = PERIOD_S;
-    let usual_s = intervals.get(intervals.len() / 2).copied().unwrap_or(longest_s);
     let period_s = usual_s.clamp(shortest_s, longest_s);
     let samples = ((last.0 - first.0) / period_s) as usize + 1;
     if samples > MOST_SAMPLES {
@@ -113,7 +126,7 @@ fn bands(controls: &[(Time, [f64; 4])]) -> Vec<Option<[f64; 2]>> {
             held[(sample, stick)] = if value.is_finite() { value } else { 0.0 };
         }
     }
-    bands_hz(&held, period_s)
+    bands_hz(held, period_s)
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ const SAMPLES: f64 = 6.0;
 /// Longest sample period for identification, s.
 pub(super) const LONGEST_PERIOD_S: f64 = 0.045;
 /// Fraction of the largest span of all signals below which a signal counts as still.
-const STILL: f64 = 0.05;
+pub(super) const STILL: f64 = 0.05;
 
 /// Inputs among `names` that move: their span is more than a twentieth of the largest span.
 pub(super) fn moving<'a>(record: &Experiment, names: &[&'a str]) -> Vec<&'a str> {
@@ -37,14 +37,13 @@ pub(super) fn bandwidth_hz(record: &Experiment) -> f64 {
     let tests = [&INJECTED, &STEPPED, &STICKS].map(|names| moving(record, names));
     let Some(names) = tests.into_iter().find(|names| !names.is_empty()) else { return 0.0 };
     let signals: Vec<_> = names.iter().filter_map(|name| record.signal(name).ok()).collect();
-    let bands = bands_hz(&DMatrix::from_columns(&signals), record.period_s);
+    let bands = bands_hz(DMatrix::from_columns(&signals), record.period_s);
     bands.into_iter().flatten().map(|[_, last_hz]| last_hz).fold(0.0, f64::max)
 }
 
 /// First and last frequency, Hz, of the band that contains most of the power of each column of `signals`, sampled every
 /// `period_s`. `None` without power, or for a record too short for spectra.
-pub(super) fn bands_hz(signals: &DMatrix<f64>, period_s: f64) -> Vec<Option<[f64; 2]>> {
-    let mut signals = signals.clone();
+pub(super) fn bands_hz(mut signals: DMatrix<f64>, period_s: f64) -> Vec<Option<[f64; 2]>> {
     signals.column_iter_mut().for_each(|mut column| column.add_scalar_mut(-column.mean()));
     let last_hz = MOST_HZ.min(0.45 / period_s);
     let settings = SpectrumSettings {

@@ -35,7 +35,7 @@ pub struct Identification {
     pub test_points: Vec<TestPoint>,
     /// Range of flight in which the model is valid.
     pub condition: FlightCondition,
-    /// Mean velocity u, v, w, m/s, of the flight used for the parameters.
+    /// Median velocity u, v, w, m/s, of the flight used for the parameters.
     pub trim_velocity_mps: [f64; 3],
     /// Length of the flight used for the parameters, s: all flight in the condition, including the validation data.
     pub estimated_s: f64,
@@ -104,7 +104,9 @@ pub fn identify(
     let (is_requested, has_fixes) = (structure.is_some(), !dataset.fixes.is_empty());
     let usual = if has_fixes { "hybrid" } else { "rates" };
     let mut model = structure.unwrap_or_else(|| built_in(usual));
-    model.condition.speed_mps = speed_mps.unwrap_or(model.condition.speed_mps);
+    if let Some(speed_mps) = speed_mps {
+        model.move_to(speed_mps);
+    }
     let condition = model.condition;
     if !has_fixes && !model.has_rates_alone() {
         return Err(IdentifyError::NoFix { model: model.name().to_owned() });
@@ -125,7 +127,7 @@ pub fn identify(
         point.start >= record.start
             && point.end <= end
             && record.is_whole(point.start, point.end)
-            && (condition == FlightCondition::HOVER || record.holds(record.sample(point.start)))
+            && record.holds(record.sample(point.start))
     });
     let (mut estimation_points, mut validation_points) = (Vec::new(), Vec::new());
     for (index, stick) in STICKS.iter().enumerate() {
@@ -195,7 +197,8 @@ pub fn identify(
     let search = Search { stretches: &stretches, error: &error, still: &still, period_s, travels };
     let mut parts = search.parts(&model)?;
     if !is_requested {
-        let rigid = built_in("multirotor");
+        let mut rigid = built_in("multirotor");
+        rigid.move_to(condition.speed_mps);
         if let Some(own) = search.without_flapping(&parts, &rigid) {
             (parts, model) = (own, rigid);
         }
@@ -215,7 +218,7 @@ pub fn identify(
         Velocity::Estimated if !validation.is_empty() => stretches::stretches(&record, &[])?,
         _ => Vec::new(),
     };
-    let trim_velocity_mps = mean_velocity_mps(if all.is_empty() { &stretches } else { &all });
+    let trim_velocity_mps = median_velocity_mps(if all.is_empty() { &stretches } else { &all });
     let on_all = if all.is_empty() {
         None
     } else {
@@ -249,6 +252,7 @@ pub fn identify(
             ));
         }
     }
+    warnings.extend(other_speed(&flown, condition, trim_velocity_mps));
     warnings.extend(conflicts.iter().map(ToString::to_string));
     let passed_over = parts.into_iter().find_map(|part| part.passed_over);
     for input in model.equations.inputs_of_pilot() {
@@ -281,11 +285,35 @@ pub fn identify(
     })
 }
 
-/// Mean of u, v and w over all samples of `pieces`, m/s.
-fn mean_velocity_mps(pieces: &[Experiment]) -> [f64; 3] {
-    let samples: usize = pieces.iter().map(Experiment::samples).sum();
+/// Difference of the forward speed from that of the condition that causes a warning, m/s.
+const OTHER_MPS: f64 = 1.0;
+
+/// A warning where most of the flight `flown` is outside the `condition`, or where the part in it has another speed.
+fn other_speed(
+    flown: &FlightRecord,
+    condition: FlightCondition,
+    [own_mps, ..]: [f64; 3],
+) -> Option<String> {
+    let [whole_mps, ..] = median_velocity_mps(std::slice::from_ref(&flown.experiment));
+    let apart = |mps: f64| (mps - condition.speed_mps).abs();
+    if apart(whole_mps) > condition.within_mps {
+        return Some(format!(
+            "most of this flight is at {whole_mps:.1} m/s forward, and the model is of {condition}: --speed \
+             {whole_mps:.0} identifies it at that speed"
+        ));
+    }
+    (condition.speed_mps != 0.0 && apart(own_mps) > OTHER_MPS).then(|| {
+        format!("the model is requested for {condition}, and the flight is at {own_mps:.1} m/s")
+    })
+}
+
+/// Median of u, v and w over all samples of `pieces`, m/s: a mean would contain the acceleration to the speed.
+fn median_velocity_mps(pieces: &[Experiment]) -> [f64; 3] {
     [0, 1, 2].map(|channel| {
-        let sum: f64 = pieces.iter().map(|piece| piece.outputs.column(channel).sum()).sum();
-        sum / samples.max(1) as f64
+        let columns = pieces.iter().map(|piece| piece.outputs.column(channel));
+        let mut values: Vec<f64> =
+            columns.flat_map(|column| column.iter().copied().collect::<Vec<_>>()).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or(0.0)
     })
 }

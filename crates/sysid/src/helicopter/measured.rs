@@ -49,7 +49,7 @@ const LEAST_DECREASE: f64 = 1e-4;
 pub enum Basis {
     /// The sticks themselves, over the test points. Valid where no feedback moves the sticks against gusts.
     Sticks,
-    /// The movement injected in addition to a controller's, over all flight near a hover.
+    /// The movement injected in addition to a controller's, over all flight in the condition.
     Injected,
 }
 
@@ -118,8 +118,8 @@ impl Fitted {
 }
 
 impl Measured {
-    /// The responses of the outputs of `structure` to its sticks. The data are the test points or all flight near a
-    /// hover, without the test points `held_back`.
+    /// The responses of the outputs of `structure` to its sticks. The data are the test points or all flight in
+    /// its condition, without the test points `held_back`.
     ///
     /// # Errors
     /// [`FrequencyError`] where no stick moved independently.

@@ -45,7 +45,7 @@ pub(super) fn sweep(stick: &str) -> String {
 
 /// Advice for a slow sweep, in which the speed varies.
 pub(super) fn slow(stick: &str) -> String {
-    format!("Next: a sweep of {stick} from 0.05 to 0.5 Hz in 60 s, at speeds up to 2 m/s")
+    format!("Next: a sweep of {stick} from 0.05 to 0.5 Hz in 60 s, within 2 m/s of the trim")
 }
 
 #[cfg(test)]
