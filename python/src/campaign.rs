@@ -5,12 +5,12 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use hovernav_dataset::LogError;
-use hovernav_toml::write_whole;
 use hovernav_pages::campaign::CampaignPage;
 use hovernav_sim::campaign::{
     Campaign, CampaignResult, Cell, Column, Measure, Outcome, PERCENTILES, count, percentile,
     percentiles_csv, results_csv,
 };
+use hovernav_toml::write_whole;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;

@@ -9,9 +9,9 @@ use hovernav_dataset::columns::{
     ALTITUDE, ATTITUDE, GPS, INCREMENTS, MAGNETIC, RATES, STICKS, TIME,
 };
 use hovernav_dataset::{LogError, StatedFix};
-use hovernav_toml::write_whole;
 use hovernav_findings::Contents;
 use hovernav_formats::{Log, Options};
+use hovernav_toml::write_whole;
 use pyo3::prelude::*;
 use tempfile::TempDir;
 

@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     });
     output::create(&out)?;
     // A file of an earlier design could be mistaken for the result of this one.
-    output::remove_stale(&out, ["autopilot.toml"]);
+    let _ = std::fs::remove_file(out.join("autopilot.toml"));
     let start = match &arguments.weights {
         None => HoverDesign::for_model(&model),
         Some(path) => read_weights(path, &model)?,

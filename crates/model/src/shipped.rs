@@ -38,7 +38,9 @@ const FASTEST_MPS: f64 = 50.0;
 /// [`ModelError::Speed`] for a speed at which it has no trim within the travel of its sticks.
 pub fn raptor60_at(speed_mps: f64) -> Result<StateSpace, ModelError> {
     if speed_mps.abs() > FASTEST_MPS || !speed_mps.is_finite() {
-        return Err(ModelError::Speed { found: format!("{speed_mps:e}") });
+        let is_long = speed_mps.abs() >= 1e6;
+        let found = if is_long { format!("{speed_mps:e}") } else { speed_mps.to_string() };
+        return Err(ModelError::Speed { found });
     }
     let (calm, ahead) = (Vector::ZERO, Vector::new(speed_mps, 0.0, 0.0));
     let trimmed = Helicopter::new(HelicopterParameters::raptor60())
