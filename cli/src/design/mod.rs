@@ -93,12 +93,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let wanted = Wanted::default();
             let search = start.searched(&model, &ahead, &wanted);
             drop(working);
-            let search = search.with_context(|| arguments.model.clone())?;
+            let search = search.map_err(|error| named(error, &arguments.model))?;
             (search.design.clone(), Some((search, wanted)))
         }
         Some(_) => (start, None),
     };
-    let checked = CheckedDesign::new(model, design).with_context(|| arguments.model.clone())?;
+    let checked =
+        CheckedDesign::new(model, design).map_err(|error| named(error, &arguments.model))?;
     let mut checked = checked.with_forward(&ahead)?;
     if let Some(notch) = notch {
         checked = checked.with_notch(notch);
@@ -188,6 +189,14 @@ fn notch(text: &str) -> Result<NotchConfig, String> {
     };
     let is_one = config.frequency_hz > 0.0 && config.out_of_range().is_none();
     is_one.then_some(config).ok_or_else(expected)
+}
+
+/// `error` with the name of the model, unless it already has one.
+fn named(error: DesignError, model: &str) -> anyhow::Error {
+    match error {
+        error @ DesignError::At { .. } => error.into(),
+        other => anyhow::Error::new(other).context(model.to_owned()),
+    }
 }
 
 /// The design in a file. An error names the file.

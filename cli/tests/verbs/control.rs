@@ -305,7 +305,7 @@ fn forward_flight_is_designed_flown_and_limited_to_its_speed() {
         &[&design[..], &["--at", "raptor60@99"]].concat(),
         "found 99, expected a speed in m/s",
     );
-    assert_refused(&["design", "raptor60@5", "--out", text(&out)], "expected a model of hover");
+    assert_refused(&["design", "raptor60@5", "--out", text(&out)], "expected 0, a model of hover");
 }
 
 #[test]
