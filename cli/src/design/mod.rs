@@ -12,7 +12,7 @@ mod words;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anyhow::{Context as _, ensure};
+use anyhow::ensure;
 use hovernav::imu::NotchConfig;
 use hovernav_design::hover::{HoverDesign, Search, Wanted};
 use hovernav_design::{CheckedDesign, DesignError, NotchCost};
