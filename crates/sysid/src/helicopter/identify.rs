@@ -104,9 +104,7 @@ pub fn identify(
     let (is_requested, has_fixes) = (structure.is_some(), !dataset.fixes.is_empty());
     let usual = if has_fixes { "hybrid" } else { "rates" };
     let mut model = structure.unwrap_or_else(|| built_in(usual));
-    if let Some(speed_mps) = speed_mps {
-        model.move_to(speed_mps);
-    }
+    model.condition.speed_mps = speed_mps.unwrap_or(model.condition.speed_mps);
     let condition = model.condition;
     if !has_fixes && !model.has_rates_alone() {
         return Err(IdentifyError::NoFix { model: model.name().to_owned() });
@@ -197,8 +195,7 @@ pub fn identify(
     let search = Search { stretches: &stretches, error: &error, still: &still, period_s, travels };
     let mut parts = search.parts(&model)?;
     if !is_requested {
-        let mut rigid = built_in("multirotor");
-        rigid.move_to(condition.speed_mps);
+        let rigid = built_in("multirotor");
         if let Some(own) = search.without_flapping(&parts, &rigid) {
             (parts, model) = (own, rigid);
         }

@@ -109,29 +109,6 @@ impl ModelStructure {
         &self.equations.name
     }
 
-    /// Makes this the structure of flight near the forward speed `speed_mps`. Expected values of derivatives are those of
-    /// the structure's own speed. Their σ grows by itself for each `within_mps` of difference; Zw of a helicopter at 5 m/s
-    /// is half as large again as in hover. Delays and lags keep theirs.
-    pub(super) fn move_to(&mut self, speed_mps: f64) {
-        let FlightCondition { speed_mps: own_mps, within_mps } = self.condition;
-        let wider = 1.0 + (speed_mps - own_mps).abs() / within_mps;
-        self.condition.speed_mps = speed_mps;
-        let late: BTreeSet<usize> = [&self.equations.delays, &self.equations.lags]
-            .into_iter()
-            .flatten()
-            .flatten()
-            .copied()
-            .collect();
-        for (place, parameter) in self.equations.parameters.iter_mut().enumerate() {
-            if let Some((_, sigma)) = parameter.prior.as_mut().filter(|_| !late.contains(&place)) {
-                *sigma *= wider;
-            }
-        }
-        for part in &mut self.parts {
-            part.move_to(speed_mps);
-        }
-    }
-
     /// The structure in `file`. A structure of parts has the equations of all its parts; its own parameters replace
     /// theirs of the same name.
     fn of_file(mut file: File, name: &str, path: &Path) -> Result<Self, ModelStructureError> {
