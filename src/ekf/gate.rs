@@ -197,7 +197,7 @@ const UNCONFIRMED_S: f64 = 60.0;
 const NEWEST: f32 = 0.2;
 /// Mean innovation, in one-sigmas, above which innovations count as biased: chance does not explain it.
 const BIASED_SIGMAS: f32 = 1.5;
-/// Limit of an innovation in the mean innovation, one-sigmas.
+/// Bound on each innovation that enters the mean, one-sigmas.
 const MOST_BIAS_SIGMAS: f32 = 5.0;
 /// Time constant of the mean innovation, s, for frequent innovations.
 const BIAS_TIME_S: f64 = 2.0;

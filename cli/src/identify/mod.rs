@@ -158,7 +158,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A name or a file that exists. What the file contains is not a matter of usage.
+/// A name or an existing file. Errors in the file are not errors of usage.
 fn name_or_file(text: &str) -> Result<String, String> {
     match text.parse::<ModelStructure>() {
         Err(error @ ModelStructureError::Unknown { .. }) => Err(error.to_string()),

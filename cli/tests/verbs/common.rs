@@ -34,6 +34,13 @@ pub fn refusal(arguments: &[&str]) -> String {
     message
 }
 
+/// Asserts that the command refuses `arguments` with a message that contains `expected`.
+#[track_caller]
+pub fn assert_refused(arguments: &[&str], expected: &str) {
+    let message = refusal(arguments);
+    assert!(message.contains(expected), "{message}");
+}
+
 /// An empty directory with this name, for one test only.
 pub fn place(name: &str) -> PathBuf {
     let place = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);

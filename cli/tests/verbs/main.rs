@@ -9,6 +9,8 @@ mod common;
 #[cfg(feature = "lab")]
 mod control;
 mod features;
+#[cfg(feature = "lab")]
+mod forward;
 mod full_disk;
 #[cfg(all(feature = "ground", feature = "lines", target_os = "linux"))]
 mod ground;

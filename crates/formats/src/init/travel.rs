@@ -44,7 +44,7 @@ pub(crate) struct StatedUnits {
     pub vertical: bool,
     /// Whether the unit of the height is stated.
     pub height: bool,
-    /// Whether the unit of the barometer is stated. That of a pressure follows from its size.
+    /// Whether the unit of the barometer is stated. The unit of a pressure follows from its size.
     pub baro: bool,
     /// Whether the unit of the gyros is stated.
     pub gyro: bool,

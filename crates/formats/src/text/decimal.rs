@@ -283,9 +283,9 @@ fn time_of_day(hhmmss: i64) -> Option<Time> {
     })
 }
 
-/// The UTC midnight at which the date in `field` began: ddmmyy as in NMEA 0183, yyyymmdd, or with separators.
-/// A number of days since 30 December 1899, as spreadsheets count, is a date if it is none of those. `Some(None)` for an
-/// empty field, `None` for text that is not a date.
+/// The UTC midnight at which the date in `field` began: ddmmyy as in NMEA 0183, yyyymmdd, or with separators. Any other
+/// number is read as the days since 30 December 1899 of spreadsheets. `Some(None)` for an empty field, `None` for text
+/// that is not a date.
 pub(crate) fn midnight(field: &[u8]) -> Option<Option<Time>> {
     /// Days from 2000 to 2073, as spreadsheets count.
     const SPREADSHEET_DAYS: std::ops::Range<u32> = 36_526..63_500;

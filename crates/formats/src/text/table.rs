@@ -344,7 +344,7 @@ fn attitude_places(source: &Source, columns: &AttitudeColumns) -> Result<Vec<usi
     names.iter().map(|name| source.find(name)).collect()
 }
 
-/// The quaternion with length 1, whatever the scale of the file; NaN for one of length 0.
+/// The quaternion scaled to length 1; NaN for one of length 0.
 fn normalised(quaternion: [f64; 4]) -> [f64; 4] {
     let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
     quaternion.map(|part| part / length)
