@@ -884,7 +884,7 @@ typedef struct HovernavStickLimits {
     struct HovernavSticks lowest;
     // Highest position of each control, 0 to 1.
     struct HovernavSticks highest;
-    // Largest rate of each control, full travels (of 1) a second; above 0.
+    // Largest rate of each control, 1/s, above 0. The travel from neutral to a stop is 1.
     struct HovernavSticks rate_per_s;
 } HovernavStickLimits;
 

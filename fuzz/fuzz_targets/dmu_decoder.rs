@@ -21,8 +21,8 @@ fn encode(packet: &Packet) -> ([u8; 30], usize) {
     (bytes, if matches!(packet, Packet::Angle(_)) { 30 } else { 24 })
 }
 
-/// Each packet is at its reported offset in the stream, each byte is accounted for, and each time is later than the
-/// previous one.
+/// Decodes `stream` in pieces of `piece` bytes and asserts three properties. Each packet is at its reported offset in
+/// the stream. Each byte is accounted for. Each time is later than the previous one.
 fn decode(mode: Mode, piece: usize, announce: u8, stream: &[u8]) -> Decoder {
     let mut decoder = Decoder::new(mode);
     let mut plausibility = Plausibility::default();

@@ -22,9 +22,9 @@ use crate::solution::{State, solution_table};
 pub struct Notice {
     /// Time of the measurement or the event, s; `None` for an update without axes.
     time_s: Option<f64>,
-    /// `aligned`, `updated`, `not used`, `sample refused`, `sample suspect`, `gap bridged`, `covariance reset`,
-    /// `heading found`, `heading reset`, `heading doubted`, `heading missing`, `field disturbed`, `field usual`,
-    /// `antenna elsewhere`, `on wheels` or `off wheels`.
+    /// `aligned`, `set-up suspect`, `updated`, `not used`, `sample refused`, `sample suspect`, `gap bridged`,
+    /// `covariance reset`, `heading found`, `heading reset`, `heading doubted`, `heading missing`, `field disturbed`,
+    /// `field usual`, `antenna elsewhere`, `on wheels`, `off wheels` or `other`.
     kind: &'static str,
     /// Whether the measurement corrected the state; `None` for an event that is not a measurement.
     accepted: Option<bool>,

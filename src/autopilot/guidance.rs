@@ -8,8 +8,8 @@ use crate::scalar::Scalar;
 
 /// Double pole of the reference velocity, 1/s: it follows the wanted velocity with this pole.
 const FOLLOWS_PER_S: f64 = 8.0;
-/// Double pole of the reference velocity, 1/s, while the vehicle stops after engagement: each 0.5 m/s of speed takes
-/// 1.1° of tilt.
+/// Double pole of the reference velocity, 1/s, while the vehicle stops after engagement. From 0.5 m/s, the largest tilt
+/// is 1.1°.
 const STOPS_PER_S: f64 = 1.0;
 /// Difference of velocity, m/s, and acceleration, m/s², below which the reference is set to the wanted velocity.
 const REACHED: f64 = 1e-9;

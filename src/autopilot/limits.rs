@@ -17,7 +17,7 @@ pub struct StickLimits<T = f64> {
     pub lowest: Sticks<T>,
     /// Highest position of each stick, 0 to 1.
     pub highest: Sticks<T>,
-    /// Largest rate of each stick, full travels (of 1) a second; above 0.
+    /// Largest rate of each stick, 1/s, above 0. The travel from neutral to a stop is 1.
     pub rate_per_s: Sticks<T>,
 }
 

@@ -61,7 +61,8 @@ impl PacketCounts {
 enum Lock {
     /// Header and checksum of this frame and of the next one.
     Searching,
-    /// Header and checksum; also a temperature near that of the previous packet, if any.
+    /// Header and checksum of this frame, and a temperature near `temperature`, that of the previous packet. With
+    /// `None`, the temperature is not checked.
     Locked { temperature: Option<u16> },
 }
 

@@ -93,7 +93,7 @@ const RISE_S: f32 = 1.0;
 const FALL_S: f32 = 5.0;
 /// Largest mean square swing, in multiples of the reference's noise variance, that counts as noise.
 const USUAL: f32 = 1.5;
-/// Correlation time of a swing's error, s.
+/// Correlation time, s, of the reference's error while the difference swings.
 const ALIKE_S: f32 = 1.0;
 /// Largest swing, rad (2.5°), of a reference that follows the vehicle's motion.
 const MOST_RAD: f32 = 0.044;

@@ -207,8 +207,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.propagate(&Transition::of_relaxation(relaxation), trace);
     }
 
-    /// Raises the uncertainty of the heading and of the heading source's slow error by `off_rad` each. Later fixes show
-    /// which of the two is wrong.
+    /// Adds `off_rad`² to the variances of the heading and of the heading source's slow error, if that is a state.
+    /// Raises the additional one-sigma of the source to at least |`off_rad`|. Later fixes show whether filter or source
+    /// is wrong.
     pub(super) fn suspect_heading(&mut self, off_rad: f64, trace: &mut impl Trace<T, N>) {
         self.extra_heading_sigma_rad = self.extra_heading_sigma_rad.max(libm::fabs(off_rad) as f32);
         let opened = square(off_rad);

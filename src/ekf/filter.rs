@@ -262,8 +262,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v].map(|m| m as f32));
     }
 
-    /// Raises the variances of the slow errors to the fraction `share` of `sigma`. They are correlated with the states
-    /// `of` that came from the fix. Returns their one-sigmas.
+    /// Sets the one-sigmas of three slow errors, from state `first` on, to the fraction `share` of `sigma`, at most
+    /// 0.99. If `from_fix`, correlates each with the state, from `of` on, that the fix has set. Returns the one-sigmas
+    /// of the slow errors.
     fn open_block_of_start(
         &mut self,
         first: usize,

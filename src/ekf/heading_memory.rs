@@ -12,7 +12,8 @@ const AGREED_S: f64 = 20.0;
 pub(super) struct HeadingMemory {
     /// Time of the last used reading.
     pub used: Option<Time>,
-    /// Time of the last disagreement with the filter's heading, after that heading was turned against the source.
+    /// Time at which the source last disagreed with the filter's heading, after the filter rejected the source and
+    /// turned. `None` if the source is accepted.
     pub disagreed_at: Option<Time>,
 }
 

@@ -63,7 +63,7 @@ switches! {
         level_force,
         /// Larger uncertainty of the accelerometer biases while vibration changes (K24).
         rectification,
-        /// Offset of the antenna from its stated position, estimated in turns (M16).
+        /// Offset of the antenna from its stated position, estimated while the vehicle turns (M16).
         antenna_offset,
         /// Wheel constraint while fixes are absent: velocity only along the road (M17).
         wheels,
@@ -71,11 +71,11 @@ switches! {
         self_contradiction,
         /// Rejection of a height whose innovations are biased while another sensor of height agrees.
         biased_heights,
-        /// Reports of positions that drift from their velocity; the one-sigma reaches back to the start of the drift
+        /// Reports of positions that drift from their velocity. The one-sigma then covers the drift since its start
         /// (K25).
         drifting_positions,
-        /// A second position as a hypothesis: the previous one after a jump was accepted, and one that contradicts the
-        /// start.
+        /// Second hypothesis of the position: the previous position after a jump was accepted, or a position that
+        /// contradicts the start.
         previous_position,
         /// Rejection of fixes that repeat the previous one bit for bit.
         repeated_fixes,

@@ -50,7 +50,7 @@ mod tests {
 
     const STEP_S: f64 = 0.02;
 
-    /// Sum of the growth, rad², over successive turns by these angles about the vertical axis.
+    /// Sum of the growth of the squared net turn, rad², over successive turns by these angles about the down axis.
     fn grown(turns_rad: &[f64], memory_s: f64) -> f64 {
         let mut net_turn = NetTurn::<f64>::NONE;
         let mut push = |turn: &f64| {

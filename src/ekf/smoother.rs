@@ -12,10 +12,11 @@
 //! covariance: the only divisor is an innovation's variance s. So states that are known exactly, or whose variance is
 //! still zero, do no harm.
 //!
-//! Other actions of the filter need no record. Its corrections move the estimate but not the error's statistics: λ
-//! gives the error of each estimate *at its own time*. Adding to a variance is process noise under the identity as
-//! transition. A rejected axis has no effect. If the variances of states are reset and their correlations removed,
-//! later data contain no information about the previous values. So their rows of λ and Λ become zero.
+//! A correction of the state needs no record. It moves the estimate but not the error's statistics: λ gives the error
+//! of each estimate *at its own time*. A rejected axis has no effect. A raised variance is recorded as a propagation,
+//! with the identity as transition and the added variance as process noise. A reset of variances, which removes their
+//! correlations too, is recorded as a reset. Later data contain no information about the previous values of these
+//! states. So their rows of λ and Λ become zero.
 //!
 //! The smoother is as linear as the filter: it uses the transitions and sensitivities of the forward run.
 //!

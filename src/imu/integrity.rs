@@ -194,7 +194,8 @@ const STRAIGHT_S: f64 = 0.1;
 const STRAIGHT_SHARE: f64 = 0.02;
 /// Minimum accelerometer noise, (m/s²)², at which straight lines count: a smaller noise may be that of a simulation.
 const LEAST_NOISE: f64 = 1e-4;
-/// Number of intervals of usual length before a shock may begin. The shock excludes readings of these intervals.
+/// Number of successive intervals of usual length that a shock needs to begin, including the current one. At its
+/// beginning, a shock also excludes the previous two readings.
 const EVEN: u8 = 3;
 /// Minimum vibration, (m/s²)², at which repeated readings are a fault: a smaller vibration may be below the resolution.
 const LEAST_VIBRATION: f64 = 0.0025;
@@ -275,7 +276,8 @@ impl<T: Scalar> Integrity<T> {
         if self.typical_interval_s == T::ZERO {
             self.typical_interval_s = interval_s;
         }
-        // Half a percent per sample; an unusually long interval counts as the longest usual one.
+        // The typical interval moves by 0.5 % of the difference per sample. A longer interval counts as 1.5 typical
+        // intervals.
         let typical = self.typical_interval_s;
         let longest = T::of(1.5) * typical;
         let is_late = interval_s > longest;
@@ -284,7 +286,7 @@ impl<T: Scalar> Integrity<T> {
         let is_even = !is_late && interval_s >= T::of(0.5) * typical;
         self.even = if is_even { self.even.saturating_add(1) } else { 0 };
 
-        // A plain mean until the memory is filled.
+        // Until the memory `USUAL_S` is full, the usual vibration is the plain mean since the start.
         self.seen_s = T::of(USUAL_S).min(self.seen_s + interval_s);
         let timing = Timing {
             interval_s,

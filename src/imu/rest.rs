@@ -23,7 +23,7 @@ pub struct Rest {
     fixes: (Time, Option<[f32; 3]>),
     /// Whether the vehicle is at rest: set by a second of rest, cleared by a second with motion.
     rests: bool,
-    /// Whether the last sample ended a second with motion, the first one after rest.
+    /// Whether the last sample ended a second with motion, and that second was the first after rest.
     moves_off: bool,
     /// Time, s, for which the fixes have been slow and no second had motion.
     slow_s: f32,
@@ -256,7 +256,7 @@ impl Rest {
         Some(Vector::new(rate(p), rate(q), rate(r)))
     }
 
-    /// Whether the last sample ended a second with motion, the first one after rest.
+    /// Whether the last sample ended a second with motion, and that second was the first after rest.
     pub fn moves_off(&self) -> bool {
         self.moves_off
     }

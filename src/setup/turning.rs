@@ -27,11 +27,11 @@ pub(super) struct GravityTurn {
     before: Option<MeanRates<f32>>,
     parts: f32,
     fast: f32,
-    /// Sum over intervals with a fast turn of the squared turn by the gyros, rad².
+    /// Sum over intervals with a fast turn of the squared turn that the gyros report, rad².
     by_gyros: f32,
-    /// Sum over intervals with a fast turn of the squared turn of gravity, rad².
+    /// Sum over intervals with a fast turn of the squared turn of the specific force in body axes, rad².
     by_gravity: f32,
-    /// Sum over intervals with a fast turn of the specific force, m/s².
+    /// Sum over intervals with a fast turn of the magnitude of the specific force, m/s².
     force: f32,
     /// Sum over intervals with a fast turn of the squared specific force, m²/s⁴.
     force_squared: f32,

@@ -47,7 +47,7 @@ fn the_gains_of_hover_have_6_db_and_45_degrees_up_to_8_m_per_s() {
     }
 }
 
-/// Position hold of the usual weights has 45.8° in hover and 44.7° at 4 m/s.
+/// Position hold with the usual weights has a phase margin of 45.8° in hover and of 44.7° at 4 m/s.
 #[test]
 fn the_fastest_speed_is_the_last_with_its_margins_in_every_mode() {
     let hover = shipped::raptor60();

@@ -59,7 +59,8 @@ fn fixes(path: Path3, seed: u64) -> Vec<Fix> {
     fixes
 }
 
-/// The fixes with velocities of zero, horizontal and vertical, within a span of time, s.
+/// The fixes with velocities set to zero within the span `span_s`, s. `level` selects horizontal velocities, `down`
+/// vertical ones. Missing velocities within the span become zero, too.
 fn zeroed(mut fixes: Vec<Fix>, [level, down]: [bool; 2], span_s: std::ops::Range<f64>) -> Vec<Fix> {
     for fix in fixes.iter_mut().filter(|fix| span_s.contains(&fix.time.seconds())) {
         fix.horizontal_velocity_mps = fix.horizontal_velocity_mps.filter(|_| !level);

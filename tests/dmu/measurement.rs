@@ -121,9 +121,9 @@ fn a_single_jump_is_rejected_and_a_lasting_one_is_motion() {
     assert_eq!(jumps(&[100, -50, i16::MIN, 80, 20]), [false, false, true, false, false]);
     // A fast manoeuvre: its first packet is lost, the others are used, also at full scale.
     assert_eq!(jumps(&[0, 15_000, 16_000, 17_000, i16::MAX]), [false, true, false, false, false]);
-    // A manoeuvre that grows over several packets is used.
+    // A manoeuvre that grows over several packets: all its packets are used.
     assert!(jumps(&[0, 9_000, 18_000, 24_000, 18_000, 9_000, 0]).iter().all(|jump| !jump));
-    // Accelerations jump in vibration, within the rated range.
+    // Vibration makes accelerations jump. Within the rated range, the packets stay valid.
     let shaken = |acceleration| AnglePacket { acceleration, ..Default::default() };
     let mut plausibility = Plausibility::default();
     for k in 0..200 {

@@ -114,7 +114,7 @@ fn fixes_within_gaps_that_come_soon_after_each_other_are_no_fault_of_a_clock() {
     }
 }
 
-/// The log has fixes with an empty height and a vertical velocity.
+/// The log has fixes with a vertical velocity but an empty height.
 #[test]
 fn a_height_that_is_empty_is_no_height_held_and_no_velocity_absent() {
     let found = findings(&["height-empty@100"]);

@@ -98,8 +98,9 @@ fn a_shock_at_full_scale_moves_the_velocity_by_a_metre_a_second_or_two() {
         (&SIMULATED, "clip-burst=3@:3", 2.0),
     ] {
         let outcomes = outcomes(flight, fault);
-        // For comparison: if the readings were accepted, the error would be up to 2.6 m/s, 1.6 m/s in the median. If a
-        // shock of 3 s held the force only during unusual vibration: up to 5 m/s, 3.7 m/s in the median.
+        // For comparison: if the readings were accepted, the error would be up to 2.6 m/s, 1.6 m/s in the median. If
+        // the force were held only during unusual vibration, a shock of 3 s would cause up to 5 m/s. The median would
+        // be 3.7 m/s.
         let pulled_mps = |outcome: &Outcome| outcome.measures.pulled_mps;
         assert!(worst(&outcomes, pulled_mps) < most_mps);
         let mut pulled: Vec<f64> = outcomes.iter().map(pulled_mps).collect();
@@ -110,7 +111,8 @@ fn a_shock_at_full_scale_moves_the_velocity_by_a_metre_a_second_or_two() {
 
 #[test]
 fn a_place_that_is_false_for_a_minute_lies_within_three_sigma_of_where_the_vehicle_is() {
-    // With the one-sigma of a fix after adopting the position, only 87 to 92 % of the time is within 3 sigma.
+    // For comparison: the filter could set the one-sigma of a fix when it adopts the position. Then only 87 to 92 % of
+    // the time would be within 3 sigma.
     for (flight, faults) in [
         (&HELI_HOVER, &["glitch-step=60@60:60", "glitch-step=10@60:60"][..]),
         (&SIMULATED, &["glitch-step=60@60:60"]),
@@ -124,7 +126,7 @@ fn a_place_that_is_false_for_a_minute_lies_within_three_sigma_of_where_the_vehic
 
 #[test]
 fn a_place_that_drifts_and_comes_back_lies_within_three_sigma_of_where_the_vehicle_is() {
-    // With the one-sigma of a fix throughout, 17 % are outside on either flight.
+    // For comparison: with the one-sigma of a fix throughout, 17 % of either flight is outside 3 sigma.
     for (flight, most) in [(&HELI_HOVER, 0.02), (&SIMULATED, 0.06)] {
         let outcomes = outcomes(flight, "glitch-ramp=1@60:60");
         let mut outside: Vec<f64> =
@@ -154,8 +156,8 @@ fn a_magnet_nearby_is_known_by_the_field_and_turns_the_heading_no_further_than_i
         // For comparison: if readings within the gate corrected heading and gyro biases, the errors would be up to 14
         // and 31°.
         assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < most_deg);
-        // In simulated flight 1 the inertial unit's own heading error exceeds the assumed one: 9 % are outside without
-        // the magnet.
+        // In simulated flight 1 the inertial unit's own heading error exceeds the assumed one. Without the magnet, 9 %
+        // of the headings are outside 3 sigma.
         let more_outside = |outcome: &Outcome| {
             let without =
                 clean.iter().find(|clean| clean.seed == outcome.seed).unwrap_or(&clean[0]);

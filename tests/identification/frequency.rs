@@ -74,8 +74,8 @@ fn flights(noise: f64) -> Vec<Experiment> {
     vec![flight(0, noise, 1), flight(1, noise, 2)]
 }
 
-/// Number of coherent points of the plant's responses whose error is less than three times their random error, and
-/// number of all coherent points.
+/// Number of coherent points of the plant's responses that are accurate, and number of all coherent points. A point is
+/// accurate if its relative error is less than three random errors plus 0.02.
 fn within_random_error(found: &FrequencyResponse) -> (usize, usize) {
     let (mut inside, mut all) = (0, 0);
     for (point, &frequency_hz) in found.frequencies_hz.iter().enumerate() {

@@ -59,7 +59,8 @@ pub fn fly(seed: u64, samples: usize) -> Experiment {
         .expect("a simulated flight is finite")
 }
 
-/// Every axis has its own frequencies, 0.5 to 20 rad/s, so that no axis is confused with another.
+/// Sum of eight sines with frequencies of 0.5 to 17.4 rad/s. Each axis has its own frequencies, so that the responses
+/// to the axes are separable.
 fn multisine(time_s: f64, axis: usize) -> f64 {
     (0..8)
         .map(|harmonic| {

@@ -13,7 +13,7 @@ use crate::mechanization::{Earth, Increment, Nominal, Previous, UnitErrors, Vect
 use crate::noise::{self, NetTurn, Relaxation};
 use crate::transition::{Matrix, Sums, with_position};
 
-/// Parameters relax once this time has accumulated, s, or at a measurement.
+/// Time, s, after which decay and noise are applied to the parameters. A measurement applies them earlier.
 const RELAXED_EVERY_S: f64 = 0.2;
 /// Longest gap that the filter bridges, s.
 const LONGEST_BRIDGE_S: f64 = 60.0;
@@ -33,7 +33,7 @@ pub struct Filter<L, const N: usize> {
     pub rate_radps: Vector,
     /// Steps not yet propagated into the covariance.
     pub pending: Option<Sums>,
-    /// Time since the parameters last relaxed, s.
+    /// Time since decay and noise were last applied to the parameters, s.
     pub unrelaxed_s: f64,
     net_turn: NetTurn,
     layout: PhantomData<L>,

@@ -11,9 +11,9 @@ use crate::mechanization::{Earth, Vector, skew};
 use crate::noise::{self, Relaxation};
 use crate::update::Row;
 
-/// Largest time after its time stamp at which a fix may be valid, s.
+/// Largest time, s, from the time stamp of a fix to a later time at which the fix is valid.
 const MOST_AHEAD_S: f64 = 0.3;
-/// Smallest factor by which the learned size increases the stated one-sigmas; smaller factors are ignored.
+/// Learned factor on the stated one-sigmas up to which they are unchanged. A larger factor is divided by this value.
 const BY_CHANCE: f64 = 1.15;
 /// Stated one-sigmas count as unchanged if they change by less than this factor.
 const STEADY: f64 = 1.25;

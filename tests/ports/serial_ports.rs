@@ -351,7 +351,7 @@ fn when_the_writer_is_faster_than_the_reader_the_newest_is_kept_and_the_rest_cou
     for chunk in sent.chunks(500) {
         wire.device().write_all(chunk).unwrap();
     }
-    // Silence is the newest item, and arrives after all others.
+    // The reader reports silence as an item without bytes. This item is the newest one and follows all others.
     let deadline = clock.now() + 10.0;
     while reader.counts().bytes_read < sent.len() as u64 && clock.now() < deadline {
         clock.sleep_until(clock.now() + 0.01);

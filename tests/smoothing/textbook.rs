@@ -154,7 +154,7 @@ fn against_the_textbook<L: Layout<N>, const N: usize>() {
     let smoothed = both.smoother.smooth();
     assert_eq!(smoothed.len(), 200);
 
-    // Forward pass: one epoch for each propagation and all steps before the next propagation.
+    // Forward pass. An epoch is one propagation with everything that the filter does until the next propagation.
     struct Epoch<const N: usize> {
         phi: SMatrix<f64, N, N>,
         predicted: (SVector<f64, N>, SMatrix<f64, N, N>),

@@ -5,7 +5,8 @@ use std::env;
 /// Options that a single flight cannot have; each except the last has a value.
 const OF_CAMPAIGN: [&str; 4] = ["--flights", "--seed", "--shard", "--no-report"];
 
-/// The command of this campaign as the user gave it. The option for the flight of one seed is to be appended.
+/// Command that repeats one flight of this campaign, without its seed. It contains the user's arguments except
+/// `OF_CAMPAIGN`, and ends with `--record`. The seed is to be appended.
 pub fn command() -> String {
     of(env::args().skip(1))
 }

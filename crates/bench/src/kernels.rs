@@ -59,7 +59,7 @@ pub fn transition<const N: usize>() -> Transition<f64, N> {
     }
 }
 
-/// Three axes of a position, with a lever arm.
+/// Sensitivities of three axes of a position to the position and, by a lever arm, to the attitude.
 pub fn arms() -> [Sensitivity<f64>; 3] {
     std::array::from_fn(|axis| {
         Sensitivity::default().with(6 + axis, 1.0).with_block(0, [0.1, 0.2, 0.3])

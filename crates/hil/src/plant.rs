@@ -331,7 +331,7 @@ impl Plant {
         self.unit_sent_at = (now >= Time::ZERO).then_some(now);
     }
 
-    /// Receives bytes of the flight computer to the servos.
+    /// Receives the bytes that the flight computer sends to the servos; they arrive at `now`.
     pub fn command(&mut self, bytes: &[u8], now: Time) {
         if let Some(sent) = self.unit_sent_at.take() {
             self.turnaround.add(now - sent);

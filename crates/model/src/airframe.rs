@@ -61,7 +61,8 @@ pub enum AirframeError {
         /// Gravity with the sign of the entry, m/s².
         expected: f64,
     },
-    /// A model of forward flight. Its derivatives are about another velocity, and it contains the kinematics of its trim.
+    /// A model of forward flight. Its derivatives are about the velocity of its trim, not about hover. The model also
+    /// contains the kinematics of that trim.
     #[error("found a model of forward flight at {speed_mps} m/s, expected a model of hover")]
     Forward {
         /// Forward speed of the trim, m/s.

@@ -1,4 +1,4 @@
-//! The page of a fleet: many logs, the worst first, by finding and by vehicle.
+//! The page of a fleet of many logs: the worst logs first, then counts by finding and by vehicle.
 
 use std::collections::BTreeMap;
 

@@ -50,7 +50,7 @@ pub enum Role {
     OnboardInnovation,
     /// An innovation of a rejected measurement.
     Rejected,
-    /// An innovation to which the filter was reset.
+    /// An innovation of a measurement to which the filter was reset.
     Reopened,
     /// A normalised innovation squared.
     Test,

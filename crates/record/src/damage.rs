@@ -28,11 +28,11 @@ impl fmt::Display for Damage {
 /// Description of a repair and of the earlier losses, in the metadata of the file, which is itself intact.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Repair {
-    /// Version of hovernav that repaired it.
+    /// Version of hovernav that repaired the file.
     pub version: String,
     /// Length of the damaged file, bytes.
     pub bytes: u64,
-    /// Number of its bytes that were lost.
+    /// Number of bytes lost from the damaged file.
     pub bytes_lost: u64,
     /// Whether the original file had been ended regularly, not cut off.
     pub was_ended: bool,

@@ -67,7 +67,7 @@ pub struct RecordedCycle {
 pub struct Record {
     /// Beginning of the record.
     pub header: Header,
-    /// The calls of the sensors, with their times.
+    /// The calls from the flight loop to the sensors' drivers, with their times.
     pub calls: Vec<(Time, Call)>,
     /// The solutions computed in flight.
     pub solutions: Vec<Solution>,

@@ -212,8 +212,8 @@ impl Recorder {
         }
     }
 
-    /// Ends the record with the rest of the queue and an index, and waits until it is on the disk. Data that could not
-    /// be written stay counted as waiting.
+    /// Ends the record with the rest of the queue and an index. Waits at most 10 s until the record is on the disk.
+    /// `bytes_waiting` of the status still includes data that were not written.
     pub fn finish(mut self) -> Status {
         self.end();
         self.status()

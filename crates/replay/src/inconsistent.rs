@@ -41,11 +41,13 @@ impl InconsistentSpan {
 }
 
 /// Spans in which the fixes are inconsistent with `solutions`, smoothed from the filter run `forward`. An error of the
-/// receiver also leads to such spans, although the path is correct. They lose only the accuracy gained by smoothing.
+/// receiver also leads to such spans, although the path is correct. These spans then lose only the accuracy gained by
+/// smoothing.
 ///
 /// # Source
 /// Residuals of a smoothed path after Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and
-/// Navigation*, section 8.6. Their variance is approximated by that of fix plus path, which is larger.
+/// Navigation*, section 8.6. Their variance is approximated by the sum of the variances of fix and path, which is
+/// larger.
 pub(crate) fn inconsistent_spans(
     dataset: &Dataset,
     forward: &Run,

@@ -37,7 +37,7 @@ pub struct Run {
     pub unusable: UnusedReadings,
     /// Number of readings skipped by design: too soon after the last one, or before the heading is known.
     pub skipped: UnusedReadings,
-    /// Time by which the fixes are valid earlier than declared, s, with its one-sigma.
+    /// Delay of the fixes beyond the declared latency, s, and its one-sigma.
     pub gps_offset: Option<(f64, f64)>,
     /// Largest ratio of the variance of the inertial unit's noise to the assumed variance.
     pub noise_excess: f64,

@@ -37,7 +37,7 @@ impl RelativeError {
     }
 }
 
-/// Error of the motion from one time on.
+/// Error of the motion from one pose to the pose a fixed time later.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativePoint {
     /// Time of the earlier pose.

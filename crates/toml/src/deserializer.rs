@@ -192,7 +192,7 @@ impl<'de> Deserializer<'de> for ValueDeserializer<'_> {
 /// The entries of a table.
 struct Entries<'a> {
     rest: Iter<'a, String, Value>,
-    /// Value of the key that was just returned.
+    /// The key that was just returned, with its value.
     value: Option<(&'a String, &'a Value)>,
     path: String,
     unknown: &'a mut Vec<String>,

@@ -55,7 +55,7 @@ pub struct StickLimits {
     pub lowest: Sticks,
     /// Highest position of each control, 0 to 1.
     pub highest: Sticks,
-    /// Largest rate of each control, full travels (of 1) a second; above 0.
+    /// Largest rate of each control, 1/s, above 0. The travel from neutral to a stop is 1.
     pub rate_per_s: Sticks,
 }
 

@@ -64,7 +64,7 @@ pub enum Request {
         /// Text of the marker.
         note: String,
     },
-    /// Start or stop the frames: `#` and `$` to the vehicle.
+    /// Start the telemetry frames with `#`, or stop them with `$`; the station sends this byte to the vehicle.
     Flow {
         /// Whether frames are sent.
         on: bool,

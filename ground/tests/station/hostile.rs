@@ -110,7 +110,7 @@ fn a_million_hostile_frames_show_nothing_and_cost_no_frame_of_the_vehicle() {
             hostile += 1;
         }
     }
-    // The zeros end a supposed long frame.
+    // The parser may still wait for the end of a long frame that hostile bytes seem to begin. The zeros end it.
     station.receive(&[0; 600], time_s);
     let link = station.link(time_s);
     println!("{} of {sent} frames, {} damaged, {} lost", link.frames, link.damaged, link.lost);

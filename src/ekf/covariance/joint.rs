@@ -112,21 +112,22 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         }
     }
 
-    /// H P Hᵀ of a measurement after the fused ones. Rounding can make it negative if gaps have raised the covariance
-    /// beyond all bounds. The result is then zero, and the measurement has no effect.
+    /// H P Hᵀ of a measurement, after the update with the already fused measurements. Rounding can make it negative if
+    /// gaps have raised the covariance beyond all bounds. The result is then zero, and the measurement has no effect.
     #[must_use]
     pub fn variance(&self, index: usize) -> T {
         let variance = self.seen.get(index).map_or(T::ZERO, |row| row[index.min(MOST - 1)]);
         if variance >= T::ZERO { variance } else { T::ZERO }
     }
 
-    /// One-sigma of the innovation of a measurement with variance `noise`, after the fused ones.
+    /// One-sigma of the innovation of a measurement with variance `noise`, after the update with the already fused
+    /// measurements.
     #[must_use]
     pub fn sigma(&self, index: usize, noise: T) -> T {
         (self.variance(index) + noise).sqrt()
     }
 
-    /// Remaining innovation of a measurement after the fused ones.
+    /// Remaining innovation of a measurement, after the update with the already fused measurements.
     #[must_use]
     pub fn innovation(&self, index: usize) -> T {
         self.innovations.get(index).copied().unwrap_or(T::ZERO)

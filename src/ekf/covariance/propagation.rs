@@ -184,9 +184,10 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// The block of attitude, velocity and position of (Φ P) Φᵀ, from the rows of Φ P, in place, upper triangle only.
-    /// Each entry of Φ P is read before its result overwrites it. Symmetric entries are copied from the finished side:
-    /// position with velocity, and velocity below the diagonal.
+    /// Computes the block of attitude, velocity and position of (Φ P) Φᵀ in place, upper triangle only. The input is
+    /// the rows of Φ P. Each entry of Φ P is read before its result overwrites it. Finished entries of velocity below
+    /// the diagonal are read from above the diagonal. Finished entries of position with velocity are read from those of
+    /// velocity with position.
     #[inline(always)]
     fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);

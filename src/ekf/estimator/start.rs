@@ -77,8 +77,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::Aligned(*alignment));
     }
 
-    /// Starts the filter at a given state, without alignment and without heading search. For a second run over a log
-    /// that uses results of the first run.
+    /// Starts the filter at a given state, without alignment and without heading search. Example: a second run over a
+    /// log, with results of the first run.
     pub fn begin_at(&mut self, start: &Start) {
         self.filter.restart(start);
         self.wheels.forget();

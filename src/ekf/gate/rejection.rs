@@ -7,7 +7,7 @@ use super::{
 };
 use crate::time::Time;
 
-/// Minimum number of rejections before a reset to the measurement, at any spacing in time.
+/// Minimum number of rejections before a reset to the measurement, at any measurement rate.
 const LEAST_REJECTIONS: u8 = 3;
 /// Time, s, for which the filter is suspect after a reset of its velocity.
 const DIVERGED_S: f64 = super::SUSPECT_TIME_S;

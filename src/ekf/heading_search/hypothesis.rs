@@ -91,7 +91,7 @@ pub(super) struct Prior {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hypothesis {
     pub weight: f64,
-    /// Attitude: rotation from the body axes at the start of the bank.
+    /// Attitude: rotation to NED from the body axes at the start of the bank of hypotheses.
     pub start_to_ned: Rotation<Body, Ned, f32>,
     velocity_mps: Vector<Ned, f32>,
     bias_radps: Vector<Body, f32>,
@@ -173,8 +173,8 @@ impl Hypothesis {
         product(&self.start_to_ned.rows(), &felt.turned_s)
     }
 
-    /// Velocity change by specific force, NED, m/s. The rotation by the bias grows evenly, so half of it acts on the
-    /// force.
+    /// Velocity change by specific force, NED, m/s. The rotation by the bias grows at a constant rate, so on average
+    /// half of it acts on the force.
     fn force_mps(&self, felt: &MeasuredMotion, turned_s: &[[f32; 3]; 3]) -> Vector<Ned, f32> {
         let force = self.start_to_ned * felt.velocity_mps;
         force - self.turn(turned_s).cross(force) * 0.5

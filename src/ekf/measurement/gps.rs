@@ -125,7 +125,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let noise = self.gps_noise(fix, sigmas, trace);
         self.judge_readings(fix, sigmas, earth.gravity_mps2.wide());
         if velocity_then.hidden_s > T::ZERO {
-            // A gap hides samples: it breaks the contradiction check from a fix within the gap to the next fix.
+            // The fix is valid within a gap of the samples. Until the next fix the contradiction check has no complete
+            // velocity change of the inertial unit.
             self.samples.self_contradiction.add(Vector::ZERO, false);
         }
         let down_mps = fix.measured_down_mps().unwrap_or_default();
@@ -270,8 +271,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// One-sigmas, NED, of a fix's position, m, and of its velocity, m/s: stated or assumed, then scaled by the learned
-    /// size.
+    /// One-sigmas, NED, of a fix's position, m, and of its velocity, m/s. The stated or assumed one-sigmas are
+    /// multiplied by factors from the learned variances.
     pub(in super::super) fn fix_sigmas(&self, fix: &Fix) -> ([f64; 3], [f64; 3]) {
         let model = &self.config.gps;
         let [learned_m, level, vertical] =

@@ -175,17 +175,18 @@ fn allowed_for_fix(age_s: f64) -> impl Fn(usize, usize) -> f64 {
     let (rate, force) = (1.0, 12.0);
     move |axis, state| {
         let position = axis >= POSITION_AXES;
-        // A position is looked up earlier by the latency, 0.08 s.
+        // A position is older than the velocity of the same fix by the latency, 0.08 s.
         let age_s = if position { age_s + 0.08 } else { age_s };
         let steps = if position { age_s } else { 1.0 };
         1e-5 + match state {
             // Transport and Earth rate turn the velocity change over the age by 1e-4 rad/s.
             0..9 => 2e-3 * age_s * steps,
-            // The attitude error by a gyro bias turns the specific force.
+            // A gyro bias causes an attitude error, which rotates the specific force.
             9..12 => force * age_s * age_s * steps + rate * age_s,
             12..15 => rate * age_s * age_s * steps + PERIOD_S * age_s,
-            // The acceleration is the mean from 0.06 s before to 0.06 s after, or to now: half of that late. The
-            // antenna's own acceleration relative to the inertial unit, 0.7 m of arm, is neglected.
+            // The acceleration is the mean from 0.06 s before to 0.06 s after. If less than 0.06 s has passed, it ends
+            // now and lags by up to 0.03 s. The antenna's own acceleration relative to the inertial unit, 0.7 m of arm,
+            // is neglected.
             26 if !position => 0.5 * 0.06 * rate * force + 0.2,
             // The body rate changes within a sample interval: 0.01 rad/s on the arm of the antenna.
             _ => 1e-2,

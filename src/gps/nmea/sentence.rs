@@ -79,7 +79,7 @@ pub(super) struct Sentence {
 pub(super) enum Rejection {
     /// A sentence of a kind that does not contribute to a fix.
     Unknown,
-    /// The text of the sentence does not match its name.
+    /// The text does not have the format of the sentence's type.
     Malformed,
     /// A value of the sentence is impossible.
     Impossible,

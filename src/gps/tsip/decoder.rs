@@ -290,8 +290,8 @@ impl Decoder {
         None
     }
 
-    /// Opens the epoch of `time_of_fix_s`, unless it has already ended. Returns the fix of the previous epoch, if this
-    /// fix is not delivered yet.
+    /// Opens the epoch of `time_of_fix_s`, unless it is already open or has ended. Returns the fix of the previous
+    /// epoch if that has a position and was not delivered.
     fn open(&mut self, time_of_fix_s: f64, arrival: Time) -> Option<ReceiverFix> {
         let is_this = |other_s: f64| libm::fabs(other_s - time_of_fix_s) < SAME_EPOCH_S;
         if self.epoch.is_some_and(|epoch| is_this(epoch.time_of_fix_s)) {

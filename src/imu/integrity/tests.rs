@@ -190,8 +190,8 @@ fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
     assert!(missed.abs() < 3.0 * variance.sqrt(), "{missed} m/s with a variance of {variance}");
 }
 
-/// Vibration like noise or like a tone, with one or several successive samples lost now and then. The trapezoid over
-/// the gap is compared with those over all samples.
+/// Vibration as noise or as a tone, with 1, 2 or 4 successive samples lost at random. The error of the trapezoid over
+/// the gap must agree with the reported variance.
 #[test]
 fn lost_samples_leave_the_error_that_is_reported() {
     const USUAL_S: f64 = 0.03;

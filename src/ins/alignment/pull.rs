@@ -16,7 +16,7 @@ const WEAK_MPS2: f64 = 5.0;
 /// Fraction of the specific force by which the magnitudes from the inertial unit and the fixes may differ.
 const ALIKE_SHARE: f64 = 0.1;
 
-/// Cosine of half the angle, 8°, above which the body counts as turned.
+/// Cosine of 4°, half of the angle of 8° above which the body counts as turned.
 const TURNED_COSINE: f64 = 0.997_56;
 
 /// Motion measured since a fix; without a fix, its velocity is NaN.

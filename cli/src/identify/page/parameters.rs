@@ -38,7 +38,7 @@ pub fn fits(found: &Identification, held: Option<&Identification>) -> Table {
     }
 }
 
-/// A percentage of a value; a dash if the value is zero.
+/// A percentage with one decimal; a dash if it is not finite, as for a parameter of zero.
 fn percent(value: f64) -> String {
     if value.is_finite() { format!("{value:.1} %") } else { "–".into() }
 }

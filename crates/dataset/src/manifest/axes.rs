@@ -198,8 +198,8 @@ impl Reading {
         Rotation::<Body, Ned>::claim(unit * mounting.inverse()).euler()
     }
 
-    /// Converts full-scale marks to the vehicle's axes. If the inertial unit is mounted askew, a mark goes to several
-    /// vehicle axes: those on which the marked axis has a component of 0.1 or more.
+    /// Converts the marks of sensor axes at full scale to the vehicle's axes. If the inertial unit is mounted askew, a
+    /// mark goes to several vehicle axes. These are the axes on which the marked axis has a component of at least 0.1.
     pub(crate) fn marks(&self, marks: ClippedAxes) -> ClippedAxes {
         const DETERMINED: f64 = 0.1;
         let of_axis = |axis: usize| {

@@ -124,8 +124,9 @@ pub struct ImuSection {
     /// unit's own roll, pitch and yaw are not converted.
     #[serde(skip_serializing_if = "Axes::are_body")]
     pub axes: Axes,
-    /// Roll, pitch and yaw of the inertial unit in the vehicle after `axes`, °, each within ±360. Samples, field and
-    /// the inertial unit's own attitude are rotated back by these angles.
+    /// Attitude of the inertial unit in the vehicle: roll, pitch and yaw, °, each within ±360. It applies after the
+    /// conversion by `axes`. These angles convert samples, field and the inertial unit's own attitude to the axes of
+    /// the vehicle.
     #[serde(deserialize_with = "mounting", skip_serializing_if = "is_default")]
     pub mounting_deg: [f64; 3],
     /// Unit of the accelerations in `imu.csv`; the names of the columns do not matter.

@@ -76,7 +76,8 @@ pub(crate) fn read(
     Ok(controls)
 }
 
-/// Reads the rows of `dir` without values beyond `largest`. Returns them, their reader at its end, and their number.
+/// Reads `controls.csv` in `dir` without the rows that contain a value beyond `largest`. Returns the rows, the reader
+/// at the end of the file, and the number of rows.
 fn read_up_to(
     dir: &Path,
     has_injected: bool,

@@ -76,7 +76,8 @@ pub(super) fn respond(
         let pole = pole.unwrap_or_default();
         return Err(DesignError::UnstableLoop { re: pole.re, im: pole.im });
     };
-    // Covariance that the white noise adds over a sample to the states of vehicle and gusts, which come first.
+    // Covariance that the white noise of the gusts adds over one sample. The states of vehicle and gusts are the first
+    // states of the closed loop.
     let flown = closed_loop::flown(&blown, mode)?;
     let white = white.resize_vertically(flown.states().len(), 0.0);
     let added = gramian(flown.a(), &white, TimeDomain::Continuous, design.period_s);

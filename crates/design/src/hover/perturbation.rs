@@ -62,8 +62,8 @@ impl Perturbed {
     }
 }
 
-/// `of` plants in the mode that holds velocity, behind the servos of `design`. Every derivative is changed by up to the
-/// fraction `share`.
+/// List of plants, `of` in number, in the mode that holds velocity, behind the servos of `design`. Every derivative is
+/// changed by up to the fraction `share`.
 fn plants_off_by(
     design: &HoverDesign,
     model: &StateSpace,
@@ -74,7 +74,7 @@ fn plants_off_by(
     models.iter().map(|other| closed_loop::plant(design, other, FlightMode::Velocity)).collect()
 }
 
-/// `of` models like `whole` with every derivative changed by up to the fraction `share`.
+/// List of models like `whole`, `of` in number. Every derivative is changed by up to the fraction `share`.
 pub(super) fn models_off_by(
     whole: &StateSpace,
     (share, of): (f64, usize),

@@ -16,7 +16,7 @@ struct Group {
     name: &'static str,
     unit: &'static str,
     scale: f64,
-    /// Difference, in the unit, above which even a short rejection causes a warning.
+    /// Difference, in `unit`, above which even a short rejection causes a warning.
     large: f64,
 }
 

@@ -160,7 +160,7 @@ impl FieldTurning {
         });
     }
 
-    /// Latest stored attitude at a time; `None` outside the samples.
+    /// Last attitude stored at or before `time`. `None` if it is missing or its age is at least `GAP_S`.
     fn at(&self, time: Time) -> Option<Rotation<Body, Body>> {
         let later = self.noted.partition_point(|(noted, _)| *noted <= time);
         let (noted, body_to_start) = *self.noted.get(later.checked_sub(1)?)?;

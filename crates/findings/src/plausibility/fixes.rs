@@ -24,8 +24,8 @@ const TURNED: f64 = 0.25;
 const SMALLER: f64 = 0.75;
 /// Smallest plausible scale of an intact receiver.
 const LEAST_SCALE: f64 = 0.6;
-/// Courses closer than this, rad (12°), are equal. The scale of a displacement depends on the latitude, which may be
-/// wrong.
+/// Largest difference of two courses that count as equal, rad (12°). The scale of a displacement depends on the
+/// latitude, which may be wrong.
 const ALIKE_RAD: f64 = 0.2;
 /// Range of heights at which helicopters and drones fly, m.
 const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;

@@ -64,7 +64,8 @@ impl<const D: usize> Regression<D> {
 
     /// [`fit`](Self::fit) with any number of pairs.
     fn fit_of_any(&self, least: f64) -> Option<Fit<D>> {
-        // xxᵀ Mᵀ = xy, by elimination; the matrix is positive definite except for rounding.
+        // Solves xx Mᵀ = xy for the matrix M of the fit, by elimination. The matrix xx is positive definite except for
+        // rounding.
         let (mut a, mut b) = (self.xx, self.xy);
         for i in 0..D {
             let pivot = a[i][i];

@@ -42,7 +42,8 @@ enum Encoder {
 pub struct DownlinkCounts {
     /// Number of snapshots written to the line.
     pub sent: u64,
-    /// Number of snapshots replaced by a newer one or rejected by the line.
+    /// Number of snapshots that were not sent: replaced by a newer one, offered while the thread read an earlier one,
+    /// or not accepted by the line.
     pub dropped: u64,
 }
 

@@ -12,8 +12,8 @@ const MOST_BYTES: usize = 1_024;
 
 /// Reads the packets of `docs/servo-packet.md` from `R`.
 ///
-/// `R` should not block, for example a serial port with a timeout of 0. A read without data (a count of 0,
-/// `WouldBlock`, `TimedOut` or `Interrupted`) is not an error: the pulses become older.
+/// `R` should not block, for example a serial port with a timeout of 0. A read without data is not an error: a count of
+/// 0, `WouldBlock`, `TimedOut` or `Interrupted`. The last pulses stay, and their age grows.
 #[derive(Clone, Debug)]
 pub struct StreamCapture<R> {
     source: R,

@@ -107,7 +107,7 @@ fn ends_empty(window: &mut Window<'_>) -> io::Result<bool> {
     }
 }
 
-/// Moves to the next two consecutive messages, or to a message at whose end the file ends.
+/// Moves to the next message that another message follows directly, or that ends at the end of the file.
 fn resynchronise(window: &mut Window<'_>, schemas: &Schemas) -> io::Result<()> {
     loop {
         let bytes = window.peek(LOOKAHEAD)?;

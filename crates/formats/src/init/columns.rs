@@ -24,7 +24,7 @@ use hovernav_dataset::LogError;
 /// The mapping of one file, with messages.
 pub(crate) struct Understood {
     pub mapping: TableMapping,
-    /// Stated units of the receiver's velocity.
+    /// Whether the file states the units of velocity, height, barometer and gyros.
     pub stated: StatedUnits,
     /// Names of the unused columns.
     pub unused: Vec<String>,
@@ -32,7 +32,7 @@ pub(crate) struct Understood {
     pub checks: Vec<String>,
     /// Whether the accelerometer does not measure gravity, as with the linear acceleration of a phone.
     pub is_without_gravity: bool,
-    /// Rate that is assumed for a time that counts rows, Hz.
+    /// Assumed rate, Hz, of a time column that counts rows and states no unit; `None` without such a column.
     pub count_hz: Option<f64>,
 }
 

@@ -85,7 +85,8 @@ fn indexed(name: &str) -> Option<Indexed<'_>> {
     (!stem.is_empty()).then_some(Indexed { stem, index, unit })
 }
 
-/// A name without numbers in brackets that every column of a sensor has: `IMU_ATTI(0):accel:X`, `GPS[0].Lat`.
+/// `name` without the sensor's number in brackets, which every column of a sensor has: `IMU_ATTI(0):accel:X`,
+/// `GPS[0].Lat`.
 fn without_numbers(name: &str) -> String {
     let Some((before, rest)) = name.split_once(['(', '[']) else { return name.to_owned() };
     match rest.split_once([')', ']']) {

@@ -106,8 +106,8 @@ fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
     if xx > 0.0 && yy > 0.0 { xy / (xx * yy).sqrt() } else { 0.0 }
 }
 
-/// The magnetometer axes with which the field rotates as the gyro measures, chosen among all 48. The gyro's axes
-/// are kept unless others are clearly better; `None` without a magnetometer.
+/// Magnetometer axes, among all 48 assignments, with which the field rotates as the gyro measures. The gyro's axes are
+/// kept unless the misfit of other axes is less than half. `None` without a magnetometer.
 pub(crate) fn mag_axes(dataset: &Dataset, gyro: Axes) -> Option<Axes> {
     // Field at the start and end of each window, and the angle turned between them.
     let field_at = |sample: &ImuSample| sample.magnetic_field_gauss.map(|field| field.to_array());

@@ -33,7 +33,7 @@ const SPEED_UNITS: [SpeedUnit; 7] = [
 pub(super) const COURSE_UNITS: [CourseUnit; 4] =
     [CourseUnit::Degrees, CourseUnit::Radians, CourseUnit::Centidegrees, CourseUnit::ScaledDegrees];
 
-/// Stated units of a receiver's velocity.
+/// Units that the file states: of velocity, height, barometer and gyros.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StatedUnits {
     /// Whether a name or the receiver's known format states the unit of the speed.

@@ -177,8 +177,9 @@ impl Tried {
     }
 }
 
-/// Determines the axes of the sensors, and with them the units of gyro and height that are not `known`: those with which
-/// the filter's innovations are clearly the smallest. `dataset` is in the units of `mapping`; both are changed.
+/// Determines the axes of the sensors, and the units of gyro and height that are not `known`. It selects the axes and
+/// units with clearly the smallest innovations of the filter. `dataset` is in the units of `mapping`; the function
+/// changes both.
 pub(super) fn settle_by_filter(
     mapping: &mut Mapping,
     dataset: &mut Dataset,

@@ -217,7 +217,7 @@ fn scaled_nanoseconds(field: &[u8], unit: TimeUnit, comma: bool) -> Option<i64> 
         [b'+', rest @ ..] => (false, rest),
         _ => (false, field),
     };
-    // Twenty-five digits stay below the limit of an i128, 1.7e38.
+    // Twenty-six digits stay below the limit of an i128, 1.7e38.
     if digits.is_empty() || digits.len() > 26 {
         return None;
     }

@@ -85,8 +85,9 @@ pub struct TimeColumn {
     /// Column of the time; without one, rows are `1 / rate_hz` apart.
     pub column: String,
     /// Unit of the time. `filetime` and `ticks`: 100 ns since 1601 and since the year 1. `excel`, `datenum` and `mjd`:
-    /// days since 30 December 1899, since the year 0, and since 17 November 1858. `count`: numbers of samples, `rate_hz` of them in a second. `clock`: dates and times
-    /// of day. `hhmmss`: times of day as one number, as in NMEA 0183.
+    /// days since 30 December 1899, since the year 0, and since 17 November 1858. `count`: numbers of samples, at
+    /// `rate_hz` samples per second. `clock`: dates and times of day. `hhmmss`: times of day as one number, as in NMEA
+    /// 0183.
     pub unit: TimeUnit,
     /// Column of the date that belongs to the time of day, as ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025.
     #[serde(skip_serializing_if = "String::is_empty")]

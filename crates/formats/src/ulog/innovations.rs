@@ -1,4 +1,4 @@
-//! Innovations of PX4's estimator. The log has them together with their variances, or before them.
+//! Innovations of PX4's estimator. In the log, the variances come with the innovations or after them.
 //!
 //! # Source
 //! PX4, `msg/EstimatorInnovations.msg` and `ekf2_innovations.msg`; EKF2's innovation is prediction minus

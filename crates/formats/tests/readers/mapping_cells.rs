@@ -10,7 +10,8 @@ fn fix(second: u32) -> [String; 3] {
     [format!("{latitude:.7}"), "151.2152974".to_owned(), format!("{:.2}", 49.7)]
 }
 
-/// A flight of 40 s at rest at 25 Hz. Each row has the time and six inertial cells, then the cells of `gps`.
+/// A flight of 40 s at 25 Hz with constant velocity. Each row has the time and six inertial cells, then the cells of
+/// `gps`.
 fn flight(gps_names: &str, gps: impl Fn(u32) -> String) -> String {
     let row = |k: u32| {
         let (time, noise) = (f64::from(k) * 0.04, 1e-4 * f64::from(k % 7));
@@ -19,7 +20,7 @@ fn flight(gps_names: &str, gps: impl Fn(u32) -> String) -> String {
     format!("time,{IMU},{gps_names}\n{}", (0..1000).map(row).collect::<String>())
 }
 
-/// The cells of `of` with the fix of each second, once a second; `blank` on the other rows.
+/// The cells that `of` makes from a fix, in one row per second; `blank` in all other rows.
 fn each_second(k: u32, of: impl Fn([String; 3]) -> String, blank: &str) -> String {
     if k % 25 == 24 { of(fix(k / 25)) } else { blank.to_owned() }
 }

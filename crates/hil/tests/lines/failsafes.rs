@@ -349,10 +349,10 @@ fn no_attitude(flown: &Flown, moment: Moment) -> Vec<Response> {
     vec![response("the pilot flies", AGE_S + CYCLE_S, told_s), hand_back(flown, moment, told_s)]
 }
 
-/// After the event the servos follow the pilot, within 2 % of travel. The difference fades with 0.25 s. The pilot, who
-/// had released the sticks, moves them during this time.
+/// After the event the servos follow the pilot, within 2 % of travel. The time constant with which the difference fades
+/// is 0.25 s. The pilot, who had released the sticks, moves them during this time.
 fn hand_back(flown: &Flown, moment: Moment, told_s: f64) -> Response {
-    // Before this time the stick of the manoeuvre is forward.
+    // In the manoeuvre the pilot holds the stick forward until 14.5 s. The check begins after that.
     let told_s =
         (moment.second() + told_s).max(if moment == Moment::Manoeuvre { 14.5 } else { 0.0 });
     let follows = flown.samples.iter().find(|sample| {

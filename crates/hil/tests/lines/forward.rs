@@ -6,7 +6,7 @@ use crate::common::{Setup, all_flown};
 
 /// Speed at full stick, m/s.
 const SPEED_MPS: f64 = 5.0;
-/// From the movement of the stick until the speed is reached, s: 1 m/s² and the delay of the vehicle.
+/// Time from a movement of the stick until the speed is reached, s: acceleration at 1 m/s², and the vehicle's delay.
 const REACHED_S: f64 = 10.0;
 
 #[test]

@@ -38,7 +38,7 @@ impl Range {
         Self { key, from, to, unit, or_zero }
     }
 
-    /// Whether the range contains `found`; false for NaN.
+    /// Whether `found` is in the range, or is 0 and the range permits 0; false for NaN.
     pub fn holds(&self, found: f64) -> bool {
         (self.from..=self.to).contains(&found) || (self.or_zero && found == 0.0)
     }

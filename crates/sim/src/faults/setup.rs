@@ -1,4 +1,4 @@
-//! Faults of `dataset.toml`: errors of its author.
+//! Faults of `dataset.toml`: an antenna lever arm with an error or with the opposite sign.
 
 use std::f64::consts::TAU;
 

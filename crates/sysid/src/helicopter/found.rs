@@ -35,10 +35,12 @@ impl Found {
     }
 }
 
-/// Decrease of Akaike's criterion that justifies a stabiliser bar, from the model `without` to the model `with` the
-/// bar. It is Schwarz's penalty for each parameter that only the model with a bar identifies: the logarithm of the
-/// effective number of samples. Innovations that are not white overstate the likelihood of these parameters. The factor
-/// comes from the innovations alone, without the widening of the bounds.
+/// Smallest decrease of Akaike's criterion, from the model `without` to the model `with` the bar, that justifies the
+/// bar. It is λ ln(N/λ) for each parameter that only the model with the bar identifies, with N samples. ln(N/λ) is
+/// Schwarz's penalty for N/λ effective samples.
+///
+/// λ is at least 1. It is the factor by which innovations that are not white overstate the likelihood of these
+/// parameters. The widening of the bounds, `WIDENED`, is divided out of it.
 ///
 /// # Source
 /// Schwarz (1978), *Annals of Statistics* 6(2); Gao and Song (2010), *JASA* 105(492), for a likelihood that treats

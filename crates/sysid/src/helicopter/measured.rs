@@ -33,11 +33,13 @@ const FIT_POINTS: usize = 32;
 const LEAST_POINTS: usize = 8;
 /// Fraction of a stick's power at neighbouring frequencies below which a frequency is not fitted.
 const GAP: f64 = 0.1;
-/// Bound of a parameter, as a fraction of its value, above which it is not identifiable from the responses.
+/// Largest uncertainty of a parameter, as a fraction of its value, with which it is identifiable from the responses.
+/// Applies to Cramér–Rao bound and insensitivity.
 const UNIDENTIFIED: f64 = 1.0;
-/// Bound of a delay, s, above which it is not identifiable from the responses.
+/// Largest uncertainty of a delay, s, with which it is identifiable from the responses. Applies to Cramér–Rao bound and
+/// insensitivity.
 const UNIDENTIFIED_DELAY_S: f64 = 0.03;
-/// Bound, as a fraction of the prior's sigma, above which the responses add no information to the prior.
+/// Cramér–Rao bound, as a fraction of the prior's sigma, above which the responses add no information to the prior.
 const PRIOR: f64 = 0.9;
 /// Response of an output to a stick, as a fraction of its largest response to any stick, below which it is rounding.
 const ROUNDING: f64 = 1e-12;

@@ -27,16 +27,17 @@ const ONE_IN_TEN: f64 = 1.2816;
 /// Step of the central differences, as a fraction of a parameter's bound.
 const STEP: f64 = 0.02;
 
-/// Uncertainty of an on-axis response as a cost J; the true cost is larger with 10 % probability.
+/// Uncertainty of the response of an output to its own stick, as a cost J.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseUncertainty {
     /// The stick.
     pub stick: &'static str,
     /// Main output of the stick.
     pub output: &'static str,
-    /// Cost J due to the bounds of the parameters.
+    /// Cost J due to the bounds of the parameters; exceeded with 10 % probability.
     pub within_bounds: f64,
-    /// Lowest frequency, rad/s, from which on the cost exceeds 100 with at most 10 % probability, if there is one.
+    /// Lowest frequency, rad/s, from which on the cost J is at most 100 with at least 90 % probability; `None` without
+    /// one.
     pub known_from_radps: Option<f64>,
     /// Cost J between the models with and without a stabiliser bar; `None` unless both were searched and the flight
     /// does not clearly favour one.

@@ -205,7 +205,7 @@ impl Judge {
         }
     }
 
-    /// Whether the response to the stick of the parameter `name` is known.
+    /// Whether the on-axis response is known for the stick to which the derivative `name` belongs.
     fn knows_response_of(&self, name: &str) -> bool {
         self.known.contains(&next::stick_of(name))
     }

@@ -80,7 +80,7 @@ pub struct InputReport {
     pub faults: Vec<InputFault>,
 }
 
-/// Fraction of the record for which an input may rest without a fault.
+/// Longest permitted rest of an input, as a fraction of the record.
 const STILL_PART: f64 = 0.4;
 /// Largest fraction of an input's variance that the other inputs may explain.
 const COLLINEAR: f64 = 0.9;

@@ -232,13 +232,13 @@ impl Identified {
     }
 }
 
-/// The model without correction, for the simulation of windows.
+/// The model without corrections by measured outputs, for the simulation of windows.
 struct OpenLoop {
     predictor: Predictor,
     /// Values fitted to a window: its initial state and offsets. Output errors are excluded, because they are not
     /// motion. Each window has its own constant forcing, because gusts last longer than a window.
     fitted: OwnRows,
-    /// Sensitivities of a window with known own values: empty.
+    /// Empty set of fitted values, for a window whose initial state and offsets are known.
     none: OwnRows,
 }
 

@@ -163,7 +163,7 @@ pub fn assemble(
         problem.base[index] = if index < own { found.value } else { found.value.ln() };
         list.push(found.clone());
     }
-    // Index of a part's free estimate in the whole vector.
+    // Index in `list` of the free estimate with number `of` in `part`.
     let place = |part: &Identified, of: usize| {
         let name = &part.estimates.list[part.estimates.free[of]].name;
         list.iter().position(|estimate| estimate.name == *name)

@@ -100,8 +100,9 @@ fn scatter_of_gradients(
     })
 }
 
-/// Σₖₗ wₗ gₖ gₖ₊ₗᵀ of the columns g, with w Bartlett's window over `lags`. It is the scatter of the sums of `lags` + 1
-/// neighbours, because gₖ gₖ₊ₗᵀ occurs in `lags` + 1 − l of their products.
+/// Σₖₗ wₗ gₖ gₖ₊ₗᵀ of the columns g, with w Bartlett's window over `lags`. It is computed from the sums of `lags` + 1
+/// neighbouring columns: their scatter, divided by `lags` + 1. In this scatter each gₖ gₖ₊ₗᵀ occurs `lags` + 1 − l
+/// times.
 pub(super) fn correlated_scatter(columns: &DMatrix<f64>, lags: usize) -> DMatrix<f64> {
     let length = columns.ncols();
     let mut sums = DMatrix::zeros(columns.nrows(), length + lags);

@@ -247,9 +247,11 @@ impl Pass<'_> {
         let all = n * group;
         let mut sensitivity = vec![0.0; all];
         let mut z = DMatrix::zeros(width, BLOCK);
-        // The forcing of a block, replaced step by step by the sensitivities after it.
+        // One column per step of a block. Each column contains the forcing of its step, and then the sensitivities
+        // after that step.
         let mut forced = DMatrix::zeros(all, BLOCK);
-        // Columns × (samples · outputs): the parameters first, then the own values.
+        // Sensitivities, one column per output of each sample of a block. Rows: the parameters first, then the own
+        // values.
         let mut rows = DMatrix::zeros(columns, p * BLOCK);
         let mut errors = DVector::zeros(p * BLOCK);
         let mut raw = vec![0.0; p * group];

@@ -30,11 +30,12 @@ pub(super) fn free_responses(a: &DMatrix<f64>, c: &DMatrix<f64>, samples: usize)
     responses
 }
 
-/// The recursion x(k+1) = A x(k) + e z(k), y(k) = C x(k). It is the inner loop of this module.
+/// The recursion x(k+1) = A x(k) + e z(k), y(k) = C x(k), the inner loop of this module. z is the signal, e the unit
+/// vector of the state that it drives.
 struct Recursion {
     order: usize,
     outputs: usize,
-    /// A above C, column by column: one pass gives the next state and the output.
+    /// Matrix with A above C, stored column by column. One pass over it gives the next state and the output.
     columns: Vec<f64>,
     state: Vec<f64>,
     swept: Vec<f64>,

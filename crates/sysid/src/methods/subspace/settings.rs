@@ -9,10 +9,10 @@ use crate::methods::innovation::InnovationModel;
 pub enum Weighting {
     /// No weight: the oblique projection itself. Van Overschee & De Moor's N4SID.
     N4sid,
-    /// Without the part that the future inputs explain. Verhaegen's MOESP with past inputs and outputs.
+    /// Projection without the part that the future inputs explain. Verhaegen's MOESP with past inputs and outputs.
     Moesp,
-    /// As [`Weighting::Moesp`], each direction of the future in units of its own scatter: Larimore's
-    /// canonical variate analysis. The singular values are canonical correlations.
+    /// As [`Weighting::Moesp`], normalised by the covariance of the future outputs without the part that future inputs
+    /// explain. This is Larimore's canonical variate analysis. The singular values are canonical correlations.
     Cva,
 }
 
@@ -65,7 +65,7 @@ pub struct Identified {
     pub model: InnovationModel,
     /// The state at the first sample.
     pub initial_state: DVector<f64>,
-    /// Singular values of the weighted projection in falling order; they drop after the order.
+    /// Singular values of the weighted projection in falling order. Values beyond the model's order are much smaller.
     pub singular_values: Vec<f64>,
     /// Criterion by which B, D and the initial state were fitted.
     pub input_fit: InputFit,
