@@ -35,6 +35,41 @@ fn changed(dir: &Path) -> Vec<String> {
     changed
 }
 
+/// The first 12 s of the flight, with a rangefinder.
+fn short_flight() -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    for (file, lines) in [("imu.csv", 400), ("gps.csv", 13), ("dataset.toml", usize::MAX)] {
+        let text = std::fs::read_to_string(log_dir().join(file)).unwrap();
+        let text: Vec<&str> = text.lines().take(lines).collect();
+        std::fs::write(dir.path().join(file), text.join("\n")).unwrap();
+    }
+    let ranges: String = (0..120).map(|step| format!("{},2.0\n", 0.1 * f64::from(step))).collect();
+    std::fs::write(dir.path().join("range.csv"), format!("t_s,range_m\n{ranges}")).unwrap();
+    dir
+}
+
+/// A campaign repeats a fault with a given start over its seeds exactly if the copies depend on the seed.
+#[test]
+fn a_fault_counts_as_random_if_its_copies_differ_between_seeds() {
+    let flight = short_flight();
+    let log = Log::open(flight.path()).unwrap();
+    let files = ["imu.csv", "gps.csv", "range.csv", "dataset.toml"];
+    let mut compared = 0;
+    for entry in &CATALOGUE {
+        let fault: Fault = format!("{}@4:3", entry.name).parse().unwrap();
+        let copies = [1, 2].map(|seed| {
+            let copy = log.with_faults(&[fault], seed).ok()?;
+            let dir = tempfile::tempdir().unwrap();
+            copy.write(dir.path()).unwrap();
+            Some(files.map(|file| std::fs::read(dir.path().join(file)).unwrap()))
+        });
+        let [Some(one), Some(other)] = copies else { continue };
+        assert_eq!(fault.is_drawn(), one != other, "{}", entry.name);
+        compared += 1;
+    }
+    assert!(compared > 30, "{compared}");
+}
+
 fn campaign(flights: Vec<Flight>, cells: &[&str], seeds: u64) -> Vec<Outcome> {
     let cells = cells.iter().map(|cell| cell.split(' ').map(|f| f.parse().unwrap()).collect());
     Campaign { flights, cells: cells.collect(), seeds }.run(|| {}).unwrap()

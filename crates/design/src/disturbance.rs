@@ -53,8 +53,7 @@ impl DisturbanceResponse {
         };
         match self.states.iter().rposition(is_away) {
             None => Some(0.0),
-            Some(last) if last + 1 < self.states.len() => Some(self.time_s[last]),
-            Some(_) => None,
+            Some(last) => self.time_s.get(last + 1).copied(),
         }
     }
 
@@ -75,9 +74,7 @@ impl DisturbanceResponse {
     pub fn largest_from(&self, time_s: f64) -> f64 {
         let Some(row) = DISTURBED.iter().position(|name| *name == self.state) else { return 0.0 };
         let later = self.time_s.iter().zip(&self.states).filter(|(time, _)| **time >= time_s);
-        later.map(|(_, states)| states[row].abs()).fold(0.0, |most, value| {
-            if value.is_nan() { f64::INFINITY } else { f64::max(most, value) }
-        })
+        largest_of(later.map(|(_, states)| states[row]))
     }
 
     /// Largest deviation of each state, in the order of [`DISTURBED`].
@@ -98,14 +95,19 @@ fn is_beyond(value: f64, band: f64) -> bool {
     value.is_nan() || value.abs() > band
 }
 
+/// Largest magnitude of each column; infinite for NaN.
 fn largest<const N: usize>(rows: &[[f64; N]]) -> [f64; N] {
-    let mut most = [0.0; N];
-    for row in rows {
-        for (most, value) in most.iter_mut().zip(row) {
-            *most = f64::max(*most, value.abs());
-        }
-    }
-    most
+    core::array::from_fn(|column| largest_of(rows.iter().map(|row| row[column])))
+}
+
+/// Largest magnitude of `values`; infinite for NaN.
+fn largest_of(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(
+        0.0,
+        |largest, value| {
+            if value.is_nan() { f64::INFINITY } else { f64::max(largest, value.abs()) }
+        },
+    )
 }
 
 /// Index of the disturbed state in [`DISTURBED`], and a response with its times but no samples yet.

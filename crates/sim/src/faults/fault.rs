@@ -41,7 +41,7 @@ impl Fault {
             (None, Lasts::ItsValue) => self.number,
             (None, Lasts::Throughout | Lasts::Onwards) => f64::INFINITY,
         };
-        // The number is always drawn, so that the other draws of a seed do not depend on its use.
+        // The random number is always drawn, so that the other draws of a seed do not depend on its use.
         let share = noise.uniform();
         match (self.start_s, lasts) {
             (Some(start_s), _) => Window { start_s, duration_s },
@@ -60,9 +60,24 @@ impl Fault {
     pub fn is_drawn(&self) -> bool {
         let moves = self.start_s.is_none()
             && (self.duration_s.is_some() || self.kind.entry().lasts != Lasts::Throughout);
-        let draws =
-            [Kind::Vibration, Kind::PacketLoss, Kind::Jitter, Kind::LeverArm, Kind::GpsGarbage];
-        moves || draws.contains(&self.kind)
+        let has_random_values = matches!(
+            self.kind,
+            Kind::Vibration
+                | Kind::ClipBurst
+                | Kind::PacketLoss
+                | Kind::Jitter
+                | Kind::GyroBias
+                | Kind::AccelBias
+                | Kind::GlitchStep
+                | Kind::GlitchRamp
+                | Kind::GlitchFollow
+                | Kind::GpsGarbage
+                | Kind::MagVector
+                | Kind::MagVectorOnly
+                | Kind::LeverArm
+                | Kind::RangeOutliers
+        );
+        moves || has_random_values
     }
 }
 

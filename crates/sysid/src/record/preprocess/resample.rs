@@ -25,14 +25,9 @@ pub fn resample(experiment: &Experiment, period_s: f64) -> Result<Experiment, Pr
     let thinned;
     let source = if period_s > experiment.period_s {
         let cutoff_hz = ALIAS_PART * 0.5 / period_s;
-        // A new rate close to the old rate needs no filter.
-        if cutoff_hz * experiment.period_s < 0.5 * ALIAS_PART {
-            let filter = LowPass::butterworth(ALIAS_ORDER, cutoff_hz, experiment.period_s)?;
-            thinned = filtered(experiment, &filter)?;
-            &thinned
-        } else {
-            experiment
-        }
+        let filter = LowPass::butterworth(ALIAS_ORDER, cutoff_hz, experiment.period_s)?;
+        thinned = filtered(experiment, &filter)?;
+        &thinned
     } else {
         experiment
     };
