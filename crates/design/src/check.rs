@@ -71,7 +71,7 @@ pub struct CheckedPrintedDesign {
     pub design: PrintedDesign,
     /// Responses to [`TABLE_6_1`] in closed loop.
     pub responses: Vec<DisturbanceResponse>,
-    /// Spectral radii of roll and pitch, and of heave, with sticks held at the loop's rate.
+    /// Spectral radii of the roll-and-pitch loop and of the heave loop, with sticks held between samples of the loop.
     pub spectral_radii: [f64; 2],
 }
 
@@ -81,7 +81,7 @@ const LEAST_GAIN_DB: f64 = ZONE.0;
 const LEAST_PHASE_DEG: f64 = ZONE.1;
 /// Longest acceptable recovery from a disturbance, s.
 const LONGEST_S: f64 = 8.0;
-/// Speed, m/s, that an autopilot without margins in forward flight may command.
+/// Speed, m/s, that an autopilot may command even if the margins in forward flight are too small.
 const SLOW_MPS: f64 = 1.0;
 /// Largest speed, m/s, that an autopilot may command.
 const FASTEST_MPS: f64 = 15.0;
@@ -273,9 +273,9 @@ impl CheckedDesign {
         Ok(self)
     }
 
-    /// The configuration of the autopilot with these gains. With models at speeds it allows the speed up to which the margins
-    /// suffice, from 1 m/s to the 15 m/s of the configuration. The limit applies in every direction, also in those without a
-    /// model.
+    /// The configuration of the autopilot with these gains. With models at other speeds, the largest commanded speed is
+    /// that up to which the margins suffice. It is at least 1 m/s and at most 15 m/s. The limit applies in every
+    /// direction, also in those without a model.
     #[must_use]
     pub fn autopilot(&self) -> HoverConfig {
         let mut config = HoverConfig::new(self.design.period_s, self.gains);

@@ -92,7 +92,8 @@ impl<'a> Hold<'a> {
         (self.model.states().len(), self.model.inputs().len())
     }
 
-    /// Matrix that selects the model's state and the acting input, n + m, from the extended state and the new input.
+    /// Matrix that selects the model's state and the input that is `stage` periods old, n + m. It acts on the extended
+    /// state and the new input.
     fn pick(&self, stage: usize) -> DMatrix<f64> {
         let (n, m) = self.sizes();
         let whole = n + self.stages * m;

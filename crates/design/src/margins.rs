@@ -201,7 +201,8 @@ impl Loop {
         let others: Vec<usize> = (0..open.inputs().len()).filter(|&other| other != own).collect();
         let direct =
             |rows: &[usize], columns: &[usize]| open.d().select_rows(rows).select_columns(columns);
-        // The other channels have the inputs u = −y, with y their outputs: u = −back x − through u_own.
+        // The other channels have the inputs u = −y, with y their own outputs. Solved for u: u = −back x − through
+        // u_own.
         let around =
             (DMatrix::identity(others.len(), others.len()) + direct(&others, &others)).lu();
         let singular = DesignError::Singular { matrix: "I + D" };

@@ -61,7 +61,7 @@ pub struct StepResponse {
 }
 
 /// Response to a unit step of `input` over `duration_s`. It is exact at every `interval_s`. For a discrete model the
-/// interval must equal the period.
+/// interval is its period, and `interval_s` is ignored.
 ///
 /// # Errors
 /// [`ModelError::Unknown`](hovernav_model::ModelError::Unknown), and [`DesignError::Range`] for times that are not

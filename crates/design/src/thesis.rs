@@ -132,7 +132,7 @@ impl PrintedDesign {
         let ([zw, zcol], [kp, ki, kd]) = (self.heave_terms(), self.heave_gains);
         let mut sticks = DMatrix::zeros(4, SIZE);
         sticks.view_mut((0, 0), (2, 6)).copy_from(&-&self.roll_pitch.gain);
-        // Collective δ = −(Kp w + Ki ∫w + Kd (Zw w + Zcol δ)) + the command of yaw.
+        // Collective δ = −(Kp w + Ki ∫w + Kd (Zw w + Zcol δ)) + the collective command of the yaw gains.
         let around = 1.0 + kd * zcol;
         sticks[(2, W)] = -(kp + kd * zw) / around;
         sticks[(2, W_INTEGRAL)] = -ki / around;

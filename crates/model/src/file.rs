@@ -234,9 +234,9 @@ impl StateSpace {
     }
 }
 
-/// Largest plausible standard error of the parameter `name`, in its unit. It is a thousand times the largest possible
-/// value: 1 s for a stick's delay or a servo's lag, about 1000 for a derivative in SI. A larger standard error means
-/// that the parameter is unknown and that no design is possible.
+/// Largest plausible standard error of the parameter `name`, in its unit: a thousand times its largest possible value.
+/// That value is 1 s for a stick's delay or a servo's lag, and about 1000 for a derivative in SI. A larger standard
+/// error means that the parameter is unknown and that no design is possible.
 fn least_known(name: &str) -> f64 {
     match name.split_once('_') {
         Some(("tau", "lat" | "lon" | "col" | "ped") | ("lag", _)) => 1e3,

@@ -10,8 +10,8 @@ use super::state_space::StateSpace;
 
 impl StateSpace {
     /// A MATLAB script that defines `model`, an `ss` object of the Control System Toolbox with the names and units of
-    /// states, inputs and outputs. Delays of the sticks become input delays; a negative delay becomes 0. `lags_s` contains
-    /// the first-order lag of each input, s. A collective without a delay of its own has that of the pedal.
+    /// states, inputs and outputs. Delays of the sticks become input delays; a negative delay becomes 0. `lags_s`
+    /// contains the first-order lag of each input, s. A collective without its own delay or lag has that of the pedal.
     ///
     /// ```
     /// let script = hovernav_model::shipped::open("r50")?.to_matlab();
@@ -49,7 +49,8 @@ impl StateSpace {
         text
     }
 
-    /// The parameter `kind` of each input, at least 0, as a column; 0 for an input without one.
+    /// The parameter `kind` of each input, at least 0, as a column; 0 for an input without one. A collective without
+    /// one uses that of the pedal.
     fn of_sticks(&self, kind: &str) -> String {
         let of = |stick: &str| {
             let name = format!("{kind}_{stick}");

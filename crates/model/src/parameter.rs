@@ -31,7 +31,8 @@ pub struct Slope {
     pub slope: f64,
 }
 
-/// Lowest eigenvalue of a correlation matrix that rounding can cause; with a lower one the matrix is invalid.
+/// Lowest eigenvalue of a correlation matrix, divided by the number of parameters, that rounding can cause. With a
+/// lower one the matrix is invalid.
 const ROUNDING: f64 = -1e-6;
 
 /// Rejects an empty or repeated name, a value that is not finite, and an impossible stick delay or servo lag.

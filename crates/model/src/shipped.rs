@@ -65,7 +65,7 @@ pub fn by_name(name: &str) -> Option<StateSpace> {
     }
 }
 
-/// The shipped model with the name `name_or_file`, or `raptor60@SPEED` for [`raptor60_at`] this speed, m/s. For any other
+/// The shipped model with the name `name_or_file`, or [`raptor60_at`] `SPEED`, m/s, for `raptor60@SPEED`. For any other
 /// name the model in the file of this name.
 ///
 /// # Errors

@@ -127,9 +127,9 @@ impl fmt::Display for WrongSign {
 impl StateSpace {
     /// Derivatives with an impossible sign that the verdict in the model does not report, for example after an edit by
     /// hand. A parameter is judged with its covariance. A matrix entry without a parameter is judged by its value; a
-    /// damping may then be as large as [`KnownSign::UNDAMPED_PER_S`]. An entry of B is judged only if the unit of the
-    /// stick is `stick`: its sign is that of a flight record. In a model in percent the source defines the sign of the
-    /// sticks.
+    /// damping of the wrong sign is then accepted up to [`KnownSign::UNDAMPED_PER_S`]. An entry of B is judged only if
+    /// the unit of the stick is `stick`: its sign is that of a flight record. In a model in percent the source defines
+    /// the sign of the sticks.
     #[must_use]
     pub fn wrong_signs(&self) -> Vec<WrongSign> {
         let found = KnownSign::all().filter(|known| !self.mentions(known));

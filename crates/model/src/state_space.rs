@@ -99,15 +99,15 @@ impl StateSpace {
         Ok(self)
     }
 
-    /// The model with the kinematics of a trim that moves with `velocity_mps` (u, v, w), in the equations of `rows`, a
-    /// choice of u, v and w: this velocity turns with the body. The trim speed is that forward.
+    /// The model with the kinematics of a trim that moves with `velocity_mps` (u, v, w): this velocity turns with the
+    /// body. Only the equations in `rows`, a choice of u, v and w, change. The trim speed is the forward velocity u.
     ///
     /// # Errors
     /// [`ModelError::Speed`] for a velocity that is not finite.
     ///
     /// # Source
-    /// Linear terms of velocity and rate of equation (I25) of docs/equations.md. The terms of gravity about a tilted trim
-    /// are omitted.
+    /// Linear terms of velocity and rate of equation (I25) of docs/equations.md. The terms of gravity about a tilted
+    /// trim are omitted.
     pub fn in_motion(mut self, velocity_mps: [f64; 3], rows: &[&str]) -> Result<Self, ModelError> {
         let [u, v, w] = velocity_mps;
         let turning = [
@@ -396,9 +396,9 @@ impl StateSpace {
         kept.with_source(&self.source).with_trim_speed(self.trim_speed_mps)
     }
 
-    /// The model between this one and `other`: every element of A and B, and the trim speed, at the fraction `share` of
-    /// the way to `other`. Outputs are the states; parameters and covariance are omitted. `None` for models of different
-    /// states, inputs, units or time domains; their order may differ.
+    /// The model between this one and `other`. Every element of A and B, and the trim speed, are at the fraction
+    /// `share` of the way to `other`. Outputs are the states; parameters and covariance are omitted. `None` for models
+    /// of different states, inputs, units or time domains; their order may differ.
     #[must_use]
     pub fn between(&self, other: &Self, share: f64) -> Option<Self> {
         let is_same = |own: &[Signal], others: &[Signal]| {

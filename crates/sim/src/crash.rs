@@ -5,7 +5,8 @@ use std::fmt;
 /// Event that ended a flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Crash {
-    /// Contact with the ground, too fast or too tilted for the skids.
+    /// Contact with the ground, too fast or too tilted for the skids. For a linear model, which has no skids, any
+    /// contact.
     Ground {
         /// Sink rate, m/s.
         sinking_mps: f64,

@@ -160,7 +160,7 @@ impl MagnetometerConfig {
     #[must_use]
     pub fn at(place: &Geodetic) -> Self {
         let default = Self::default();
-        // The model is limited to 1 km below the ellipsoid: deeper positions use the ellipsoid.
+        // The model ends 1 km below the ellipsoid. Every position below the ellipsoid uses the field at the ellipsoid.
         let place = Geodetic { height_m: place.height_m.max(0.0), ..*place };
         match MagneticField::at(&place, 2025.0) {
             Ok(MagneticField { field_gauss }) => {

@@ -113,7 +113,7 @@ impl Trajectory {
         if duration_s > LONGEST_S {
             return Err(TrajectoryError::TooLong(duration_s));
         }
-        // The last stored position is beyond the end.
+        // One more leg, because the last stored position is beyond the end.
         stretches.push(stretch.followed_by(Leg { duration_s: 2.0 * KNOT_S, ..stretch.to }));
         let mut trajectory = Self { stretches, knots: Vec::new(), duration_s };
         trajectory.integrate_position(start)?;

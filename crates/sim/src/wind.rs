@@ -23,7 +23,7 @@ pub struct WindConfig {
 }
 
 impl Default for WindConfig {
-    /// Gusts of 1.5 m/s along each horizontal axis in 3 m/s of wind from the north-west.
+    /// Gusts of 1.5 m/s along each horizontal axis in 3 m/s of wind from the south-east.
     fn default() -> Self {
         Self {
             steady_mps: Vector::new(2.12, -2.12, 0.0),
@@ -79,7 +79,7 @@ impl WindConfig {
 pub struct Wind {
     config: WindConfig,
     noise: Noise,
-    /// Unit vector along the steady wind, and across it.
+    /// Unit vector along the steady wind; the next one is across it.
     along: DVec3,
     across: DVec3,
     filters: [Dryden; 3],
@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     fn gusts_have_drydens_correlations() {
-        // Short scales, so that 300 000 samples contain 9000 of them.
+        // A time scale of 1 s, so that 300 000 samples of 0.03 s contain 9000 time scales.
         let config = WindConfig {
             steady_mps: Vector::new(3.0, 0.0, 0.0),
             gust_sigma_mps: HorizontalVertical::new(1.5, 0.8),

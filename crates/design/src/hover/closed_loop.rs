@@ -41,7 +41,8 @@ impl FlightMode {
     }
 }
 
-/// Plant and controller of a mode: from sticks to measurements, and back.
+/// Plant and controller of a mode. The plant leads from sticks to measurements, the controller from measurements to
+/// sticks.
 pub(super) struct Parts {
     pub plant: StateSpace,
     pub controller: StateSpace,
@@ -134,7 +135,7 @@ pub(super) fn plant_behind(
             a[(velocity, velocity)] = 1.0;
             for state in [place, velocity, acceleration] {
                 a[(velocity, state)] += period_s * a[(acceleration, state)];
-                // The loops receive the deviations from the commanded velocity, and from the tilt of the commanded
+                // The loops receive the velocity minus the commanded velocity, and the tilt minus that of the commanded
                 // acceleration.
                 c[(4 + axis, state)] = -a[(velocity, state)];
                 let tilt = a[(acceleration, state)] / STANDARD_GRAVITY_MPS2;

@@ -22,8 +22,9 @@ pub struct HoverDesign {
     pub estimator: EstimatorLag,
     /// Delay of the loops' measurements by a notch on the rotor's harmonics, s: see [`NotchCost`](crate::NotchCost).
     pub notch_s: f64,
-    /// Anti-windup time constant, s, with which integrals follow a limited command. A heading integral slower than ten
-    /// times this value has a time constant of half its own integration time (at most 500 s).
+    /// Anti-windup time constant, s, with which integrals track a limited command. A heading integral with an
+    /// integration time above ten times this value is tracked more slowly. Its tracking time is half its integration
+    /// time, at most 500 s.
     pub tracking_s: f64,
     /// Weights of the roll and pitch regulator that also controls velocity.
     pub roll_pitch: RollPitchWeights,
@@ -132,11 +133,11 @@ impl Default for HoverDesign {
 const MOST_LAG_S: f64 = 0.15;
 
 impl HoverDesign {
-    /// Design for the model printed by Paw (2005). Every mode of this model is unstable, and full stick is a hundred
-    /// times the stick of hover. [`searched`](Self::searched) found it. Every flight mode has 45° and 6 dB, and every
-    /// disturbance decays within 8 s. Nine of ten models with every derivative off by up to 20 % stay stable. The
-    /// design does not include the lag of an estimator: the usual lag leaves 35° and 5.7 dB. A search that includes the
-    /// lag reaches 38° and 7.7 dB.
+    /// Design for the model printed by Paw (2005), as found by [`searched`](Self::searched). Every mode of this model
+    /// is unstable, and full stick is 100 in the unit of its inputs, percent. Every flight mode has margins of 45° and
+    /// 6 dB, and every disturbance decays within 8 s. Nine of ten models with every derivative off by up to 20 % stay
+    /// stable. The design does not include the lag of an estimator: the usual lag leaves 35° and 5.7 dB. A search that
+    /// includes the lag reaches 38° and 7.7 dB.
     #[must_use]
     pub fn thesis() -> Self {
         Self {

@@ -7,8 +7,8 @@ use hovernav_model::{Signal, StateSpace, TimeDomain};
 
 /// Lag of the loops' measurements behind the motion, s, due to inertial unit and estimator.
 ///
-/// Between fixes the solution adds no lag to the inertial samples. Corrections by fixes are slower than the loops.
-/// Neither is a lag at the crossover frequencies. The relevant lags are that of the inertial unit's own filter and, for
+/// Between fixes the solution adds no lag to the inertial samples. Corrections by fixes are slower than the loops, so
+/// they are no lag at the crossover frequencies. The relevant lags are that of the inertial unit's own filter and, for
 /// velocity, the integration over half a sample.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Deserialize, serde::Serialize)]
 #[serde(default, deny_unknown_fields)]

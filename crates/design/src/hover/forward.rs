@@ -7,13 +7,13 @@ use crate::{DesignError, Margins, ZONE};
 use hovernav::autopilot::Gains;
 use hovernav_model::StateSpace;
 
-/// Number of models between two neighbouring given ones.
+/// Number of interpolated models between two neighbouring given models.
 const BETWEEN: usize = 3;
 
 /// Margins of one set of gains from hover to the fastest given model.
 ///
-/// The gains do not change with speed. Given models are those of a trim at their speed. Between two of them every
-/// derivative is interpolated if both have the same states; else there are no points between them.
+/// The gains do not change with speed. Each given model is linear about a trim at its speed. Between two neighbours
+/// every derivative is interpolated if both have the same states; otherwise there are no points between them.
 #[derive(Clone, Debug)]
 pub struct ForwardFlight {
     /// The points, in order of their speeds; negative backwards.
@@ -21,7 +21,7 @@ pub struct ForwardFlight {
     /// Largest speed forwards and backwards, m/s, up to which every point from hover on has the margins of [`ZONE`] in
     /// every flight mode, rounded to 0.1 m/s. It is 0 where hover lacks them. `None` for a direction without a model.
     pub fastest_mps: [Option<f64>; 2],
-    /// Speeds, m/s, of neighbouring models with different states.
+    /// Pairs of neighbouring speeds, m/s, whose models have different states, so that no points lie between them.
     pub apart_mps: Vec<[f64; 2]>,
 }
 
@@ -47,7 +47,7 @@ pub(super) fn require_hover(model: &StateSpace) -> Result<(), DesignError> {
     }
 }
 
-/// A model of a design in the form of its equations, with the lags that its sticks have.
+/// A model in the form of [`normalised`], with the lags of its sticks.
 #[derive(Clone, Debug)]
 pub(super) struct FlownModel {
     pub model: StateSpace,
@@ -107,8 +107,9 @@ fn at(model: &StateSpace, source: DesignError) -> DesignError {
 }
 
 impl ForwardFlight {
-    /// The margins of `gains`, designed for the `hover` model, with it, with the models `at_speed`, and with three models
-    /// between each two neighbours. Each model flies with its own delays and lags.
+    /// The margins of `gains`, which were designed for the `hover` model. They are computed for this model, for the
+    /// models `at_speed`, and for three models between each two neighbours. Each model flies with its own delays and
+    /// lags.
     ///
     /// # Errors
     /// [`DesignError::At`] for models that contradict each other or cannot be used.
@@ -166,8 +167,8 @@ impl ForwardPoint {
         Ok(Self { speed_mps: model.speed_mps(), is_given, modes })
     }
 
-    /// Size of the speed, m/s, rounded to 0.1: for a given model to the nearest, because a flight at 5 m/s gives a model of
-    /// 4.97 m/s, and else down.
+    /// Absolute speed, m/s, rounded to 0.1: to the nearest for a given model, down for an interpolated one. A flight at
+    /// 5 m/s may give a model of 4.97 m/s.
     fn allowed_mps(&self) -> f64 {
         let tenths = 10.0 * self.speed_mps.abs();
         (if self.is_given { tenths.round() } else { tenths.floor() }) / 10.0

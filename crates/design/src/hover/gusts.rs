@@ -94,8 +94,8 @@ pub(super) fn respond(
 
 /// `whole` followed by the states of the gusts, and the input matrix of unit white noise, n×3.
 ///
-/// The vehicle moves with its velocity through the air. A gust enters like velocity with the opposite sign, but not
-/// into heading and attitude, which follow from rates alone.
+/// The forces on the vehicle depend on its velocity through the air. A gust therefore enters like velocity with the
+/// opposite sign. It does not enter into heading and attitude, which follow from rates alone.
 fn in_air(whole: &StateSpace, gusts: &Gusts) -> Result<(StateSpace, DMatrix<f64>), DesignError> {
     let n = whole.states().len();
     let size = n + GUST_STATES.len();
@@ -104,7 +104,7 @@ fn in_air(whole: &StateSpace, gusts: &Gusts) -> Result<(StateSpace, DMatrix<f64>
     let [horizontal_s, vertical_s] = gusts.length_m.map(|length_m| length_m / gusts.passing_mps);
     let [horizontal, vertical] = gusts.sigma_mps;
     let root3 = 3f64.sqrt();
-    // Gust along each axis from its unit states.
+    // Factors from the states of the gusts to the gust along each axis.
     let across = |sigma: f64| [sigma * root3 / 2f64.sqrt(), sigma * (1.0 - root3) / 2f64.sqrt()];
     let axes = [
         ("u", n, horizontal_s, vec![horizontal]),

@@ -49,10 +49,10 @@ const OFF: f64 = 0.2;
 const PERTURBED: usize = 48;
 /// Seed of the draw of the models.
 const SEED: u64 = 20_050_612;
-/// Acceptable mean growth of the unstable models, 1/s: about one unstable model in twenty.
+/// Acceptable mean excess growth over the perturbed models, 1/s: for example 0.2 1/s of one model in twenty.
 const FEW_PER_S: f64 = 0.01;
-/// Largest counted growth of a vehicle drawn from a covariance, 1/s: one in twenty that grow at least this fast is
-/// acceptable.
+/// Largest counted growth of a vehicle drawn from a covariance, 1/s. With it, one in twenty vehicles of at least this
+/// growth reaches the limit [`FEW_PER_S`].
 const GROWN_PER_S: f64 = 20.0 * FEW_PER_S;
 /// Number of designs to try.
 const TRIALS: usize = 2400;
@@ -86,8 +86,8 @@ pub(super) fn alternative(
     if now <= 0.0 {
         return Ok(None);
     }
-    // The cost has a separate valley: weights that control velocity fast and depend on the position of the zeros. The
-    // search starts at the default weights, from which it also reaches robust designs.
+    // The cost has a separate valley: weights with fast control of velocity, which depends on the position of the
+    // zeros. From the default weights the search also reaches robust designs, so it starts there.
     let even = HoverDesign { roll_pitch: HoverDesign::default().roll_pitch, ..design.clone() };
     let cost = |point: &[f64]| {
         let aimed = violation(&with_logarithms(&even, point), model, &perturbed, &AIMED);
@@ -131,9 +131,10 @@ fn with_logarithms(design: &HoverDesign, point: &[f64]) -> HoverDesign {
 
 /// Violation of the requirements by a design.
 struct Violation {
-    /// Violation by disturbances that are outside their band at the recovery time, and by margins with known velocity.
+    /// Violation by disturbances that are outside their band at the recovery time, and by the margins in the modes that
+    /// hold velocity and position.
     nominal: f64,
-    /// Mean excess of the growth of modes of perturbed models over the limit, 1/s.
+    /// Mean over the perturbed models of the excess of the slowest mode's growth over its limit, 1/s.
     growth_per_s: f64,
 }
 

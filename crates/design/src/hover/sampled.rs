@@ -46,7 +46,7 @@ pub struct SampledMode {
     /// Smallest gain margin, dB, and phase margin, °, of all vehicles.
     pub worst: (f64, f64),
     /// Simultaneous parameter errors for which the loops are certainly stable. `None` where the nominal loops are
-    /// unstable, or one sigma is too large for a result.
+    /// unstable, or the loops with an error of one sigma cannot be computed.
     pub proven: Option<ProvenRadius>,
 }
 

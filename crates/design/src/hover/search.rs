@@ -56,7 +56,7 @@ const SEED: u64 = 20_050_611;
 
 impl HoverDesign {
     /// Searches the weights of this design for `wanted` on `model`, the vehicle in hover. The same start gives the same
-    /// result. With models of the vehicle `at_speed`, the required margins also apply to each of them, with the gains of
+    /// result. With models of the vehicle `at_speed`, the required margins also apply to each of them with the gains of
     /// hover.
     ///
     /// Each trial multiplies one or a few weights by random factors. A design with a smaller shortfall is kept. The
@@ -232,8 +232,8 @@ fn weights(design: &mut HoverDesign, of: Loop) -> Vec<BoundedWeight<'_>> {
     weights
 }
 
-/// Shortfall of `design` from `wanted` with known velocity. The first of `models` is that of hover. The evaluation stops early once the shortfall is at least
-/// `least`.
+/// Shortfall of `design` from `wanted` in the modes with known velocity. The first of `models` is that of hover. The
+/// evaluation stops early once the shortfall is at least `least`.
 fn in_flight(
     design: &HoverDesign,
     models: &[FlownModel],
@@ -258,7 +258,7 @@ fn in_flight(
         debug_assert!(DISTURBED.contains(&state));
         let settled_s = response.recovered_s(0.02).unwrap_or(5.0 * wanted.settled_s[0]);
         short += 4.0 * (settled_s / allowed_s - 1.0).clamp(0.0, 5.0);
-        // A command of three times the stick's travel shows that the design ignores the limits.
+        // Commands beyond full travel count as a shortfall, because such a design ignores the limits.
         let asked = response.stick_peaks().into_iter().fold(0.0, f64::max);
         short += 0.05 * (asked - 1.0).clamp(0.0, 5.0);
         if let Some(back_s) = back_with_stops_s(design, model, &gains, &response)? {

@@ -11,7 +11,7 @@ use crate::{DesignError, DisturbanceResponse, Loop, Margins};
 use hovernav::autopilot::{Gains, PidGains, RegulatorGains, StickLimits};
 use hovernav_model::StateSpace;
 
-/// Slowest tracking of a limited command by integrals, s.
+/// Largest integration time, s, from which the tracking time of a slow heading integral is computed.
 const SLOWEST_TRACKING_S: f64 = 1e3;
 /// Ratio of integration time to tracking time above which an integral is slow.
 const SLOW_INTEGRAL: f64 = 10.0;
@@ -72,8 +72,9 @@ impl HoverDesign {
                 decay_per_s: weights.decay_per_s,
             },
         )?;
-        // A slow integral would absorb a short saturation of the pedal and release it as slowly as it integrates. A
-        // fast integral releases it in time, and must track the limited command to avoid windup.
+        // During a short saturation of the pedal, fast tracking would move a slow integral, which recovers only as
+        // slowly as it integrates. A slow integral is therefore tracked slowly. A fast integral must be tracked fast to
+        // avoid windup.
         let [[_, stiffness], [_, integral_per_s]] = [yaw.measured[0], yaw.integral_per_s[0]];
         let integral_s = (stiffness / integral_per_s).abs().min(SLOWEST_TRACKING_S);
         if integral_s > SLOW_INTEGRAL * self.tracking_s {

@@ -18,7 +18,8 @@ use hovernav_model::linalg::{dare_by_doubling, invert, symmetric};
 use newton::Equation;
 use sign::sign_solution;
 
-/// Relative accuracy of the largest element at which an initial solution is sufficient for Newton's method.
+/// Largest change in the last iteration of an initial solution, relative to its largest element. Newton's method
+/// refines this solution.
 const START_TOLERANCE: f64 = 1e-10;
 
 /// Solves AᵀX + XA − XBR⁻¹BᵀX + Q = 0 for the X that makes A − BK stable, K = R⁻¹BᵀX.

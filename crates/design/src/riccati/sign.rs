@@ -96,7 +96,8 @@ pub(super) fn sign_solution(
     unscaled.iter().all(|value| value.is_finite()).then(|| symmetric(&unscaled))
 }
 
-/// A balanced Hamiltonian matrix, with the scales that restore the solution: X = weight·x/(state·state).
+/// A balanced Hamiltonian matrix, with the scales that restore the solution X. The element of X in row i and column j
+/// is weight·xᵢⱼ/(stateᵢ·stateⱼ), with x the solution of the balanced problem.
 struct Balanced {
     a: DMatrix<f64>,
     g: DMatrix<f64>,

@@ -1,5 +1,5 @@
-//! Variables and constants of the equations of motion, and the inflow of a rotor, generic over plain numbers and numbers
-//! with a derivative.
+//! Variables and constants of the equations of motion, and the inflow of a rotor. They are generic over plain numbers
+//! and numbers with a derivative.
 
 use super::parameters::{HelicopterParameters, Rotor};
 use crate::real::Real;

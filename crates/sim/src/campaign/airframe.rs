@@ -226,7 +226,7 @@ pub(super) fn airframe(nominal: &HelicopterParameters, factors: &[f64]) -> Helic
     airframe.longitudinal_cyclic_rad *= alon;
     airframe.bar.longitudinal_tilt_rad *= alon;
     airframe.collective_rad *= zcol;
-    // The tail's gyro provides the damping; full pedal commands it a rate.
+    // The gyro of the tail provides the damping, and full pedal commands a yaw rate to this gyro.
     airframe.gyro_gain_s *= nr;
     airframe.pedal_rate_radps *= nped / nr;
     airframe.fuselage_area_m2[0] *= xu;

@@ -300,8 +300,8 @@ impl Campaign {
         })
     }
 
-    /// Numbers of the flights for machine `shard` of `shards`: every `shards`th of `flights` flights from `first` on.
-    /// Numbers beyond the largest integer are omitted.
+    /// Numbers of the flights for machine `shard` of `shards`. Of `flights` flights from `first` on, these are the
+    /// numbers with the same remainder by `shards` as `shard`. Numbers beyond the largest integer are omitted.
     pub fn seeds(first: u64, flights: u64, shard: u64, shards: u64) -> impl Iterator<Item = u64> {
         (first..=u64::MAX)
             .zip(0..flights)

@@ -15,7 +15,7 @@ pub struct Draw {
     /// Drawn properties of the airframe, in the order of
     /// [`AirframeUncertainty::columns`](super::AirframeUncertainty::columns).
     pub drawn: Vec<f64>,
-    /// Direction and speed to which the wind blows, north and east, m/s.
+    /// Velocity of the steady wind, north and east, m/s, in the direction to which it blows.
     pub wind_mps: [f64; 2],
     /// Horizontal gusts, one sigma, m/s.
     pub gust_mps: f64,
@@ -69,7 +69,8 @@ impl Failure {
 }
 
 impl Draw {
-    /// The worst failure of the flight: a jammed servo before a stopped engine before a GPS outage.
+    /// The worst failure of the flight. A jammed servo counts as worse than a stopped engine, a stopped engine as worse
+    /// than a GPS outage.
     #[must_use]
     pub fn failure(&self) -> Failure {
         match (self.jam, self.power_loss_s, &self.outage_s) {
@@ -88,7 +89,8 @@ pub enum Outcome {
     Hovered,
     /// Flies, but without holding its position, or outside the bounds.
     Degraded,
-    /// The autopilot was never engaged, because the navigation solution was missing.
+    /// The mode is manual at the end of the flight, for example because the autopilot could not engage without a
+    /// navigation solution.
     NotEngaged,
     /// Struck the ground or left the flight envelope.
     Crashed,
@@ -119,7 +121,7 @@ pub struct CampaignResult {
     pub outcome: Outcome,
     /// Time of the crash, s, and the crash, if it crashed.
     pub crash: Option<(f64, Crash)>,
-    /// Time at which the autopilot took over, s.
+    /// Time at which the autopilot is to take over, s, from the nominal flight.
     pub engaged_s: f64,
     /// Hover quality from [`Campaign::judged_from_s`](super::Campaign::judged_from_s) on, if the flight lasted until
     /// then.

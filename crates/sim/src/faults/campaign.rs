@@ -140,9 +140,9 @@ impl Campaign {
 }
 
 impl Clean {
-    /// The outcome without faults, then those of `cells`, for seeds 1 to `seeds` each; a simulated flight has one seed,
-    /// its own. A cell is skipped if one of its faults is in a sensor that the flight lacks. Each run with faults calls
-    /// `progress`.
+    /// The outcome without faults, then those of `cells`. A cell with a random fault is run for seeds 1 to `seeds`, any
+    /// other cell once. A simulated flight has one seed, its own. A cell is skipped if one of its faults is in a sensor
+    /// that the flight lacks. Each run with faults calls `progress`.
     ///
     /// # Errors
     /// [`LogError`] for a copy that cannot be written.
@@ -170,8 +170,8 @@ impl Clean {
         Ok(std::iter::once(without).chain(runs.into_iter().flatten()).collect())
     }
 
-    /// The faults and seeds of the copies of this flight: seeds 1 to `seeds` if a fault is random, otherwise only the
-    /// flight's own seed.
+    /// The faults and seeds of the copies of this flight: seeds 1 to `seeds` if a fault is random and the flight is a
+    /// dataset, otherwise only the flight's own seed.
     pub(super) fn jobs<'a>(
         &self,
         cells: &'a [Vec<Fault>],

@@ -90,8 +90,8 @@ pub struct Entry {
     /// Effect of the fault.
     pub does: &'static str,
     /// Words that identify the fault in a warning, in lower case. A warning names the fault if it contains one of them,
-    /// or all of those joined by a +. They describe the fault and its sensor; a warning that something is wrong does
-    /// not name it.
+    /// or all of those joined by a +. They describe the fault and its sensor. A warning that reports only an
+    /// inconsistency does not name the fault.
     pub named_by: &'static [&'static str],
 }
 

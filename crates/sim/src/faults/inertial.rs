@@ -125,9 +125,9 @@ impl<'a> Inertial<'a> {
         }
     }
 
-    /// Adds a tone of 1.2 times the range to each accelerometer, then limits it to the range. Its random frequency is
-    /// between 1/5 and 9/20 of the sampling rate, and its phases are random. Like all vibration it integrates to almost
-    /// zero, except for the part that the range removes on one side.
+    /// Adds a tone of 1.2 times the range to each accelerometer, then limits the sum to the range. The random frequency
+    /// is between 1/5 and 9/20 of the sampling rate, and the phase of each axis is random. The tone integrates to
+    /// almost zero, except for the part that the limit removes on one side.
     fn burst(&mut self, rows: &[usize], range: f64, noise: &mut Noise) {
         let turn_rad = TAU * (0.2 + 0.25 * noise.uniform());
         let phases_rad = [(); 3].map(|()| TAU * noise.uniform());

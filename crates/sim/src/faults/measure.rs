@@ -27,7 +27,7 @@ pub const AXES: [Axis; 9] = [
 const BACK_S: f64 = 1.0;
 /// Error of velocity, m/s, above which a run has diverged at its end.
 const DIVERGED_MPS: f64 = 5.0;
-/// Error of position, m, above which a run has diverged at its end.
+/// Error of horizontal position, m, above which a run has diverged at its end.
 const DIVERGED_M: f64 = 50.0;
 /// Length of the evaluated end, s.
 const END_S: f64 = 10.0;
@@ -42,7 +42,8 @@ pub struct Measures {
     pub panicked: bool,
     /// Whether a solution contains a number that is not finite.
     pub nan: bool,
-    /// Whether the errors of the last ten seconds exceed 5 m/s or 50 m, or these seconds have no solution.
+    /// Whether the errors of the last ten seconds exceed 5 m/s in velocity or 50 m in horizontal position, or these
+    /// seconds have no solution.
     pub diverged: bool,
     /// Fraction of the samples inside 3 sigma on each of [`AXES`].
     pub inside: [f64; 9],
@@ -78,8 +79,8 @@ pub struct Measures {
     pub pulled_mps: f64,
     /// Largest difference in yaw between the solutions with and without the fault, °.
     pub pulled_yaw_deg: f64,
-    /// Time, s, until the velocity is inside its 3 sigma for a second, from the end of the last fault with an end.
-    /// Infinite if the velocity never is.
+    /// Time, s, from the end of the last fault that ends to the start of the first second with the velocity inside its
+    /// 3 sigma. Infinite if there is no such second.
     pub back_after_s: f64,
     /// Errors relative to those of the run without fault: velocity, horizontal position, tilt, yaw.
     pub cost: [f64; 4],
@@ -242,7 +243,7 @@ pub(super) fn names(sentence: &str, named_by: &[&str]) -> bool {
     named_by.iter().any(|name| name.split('+').all(|part| sentence.contains(part)))
 }
 
-/// Time, s, from `end_s` until the velocity is inside 3 sigma for a second.
+/// Time, s, from `end_s` to the start of the first second with the velocity inside 3 sigma.
 fn back_after_s(compared: &[Compared], end_s: f64) -> f64 {
     if end_s.is_nan() {
         return f64::NAN;

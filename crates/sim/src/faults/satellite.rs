@@ -13,7 +13,7 @@ const VELOCITY: [&str; 3] = ["vn_mps", "ve_mps", "vd_mps"];
 /// Metres per degree of latitude, accurate enough for a glitch (the ellipsoid's value differs by less than 0.6 %).
 const M_PER_DEG: f64 = 111_320.0;
 
-/// Standard deviation of the random height divided by that of north and of east.
+/// Ratio of the standard deviation of the random height to that of the random position north or east.
 const GARBAGE_HEIGHT: f64 = 2.5;
 /// Standard deviation of the random velocity, north, east and down, divided by that of north and east position, 1/s.
 const GARBAGE_VELOCITY_PER_S: [f64; 3] = [0.2, 0.2, 0.75];

@@ -12,7 +12,7 @@ const SECTION: &str = "[gps]";
 const KEY: &str = "antenna_lever_arm_m";
 
 /// Manifest `text`, parsed as `manifest`, with `fault` applied. `None` where it is not a fault of the set-up, or the
-/// lever arm is zero.
+/// fault is the sign of a zero lever arm.
 pub(super) fn make(
     text: &str,
     manifest: &Manifest,

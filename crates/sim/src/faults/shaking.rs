@@ -4,17 +4,19 @@ use std::ops::Range;
 
 use crate::noise::Noise;
 
-/// Half the smoothing time, s: motion faster than the inverse of about the whole smoothing time counts as vibration.
+/// Length of each of two moving means in sequence, s. Motion faster than about the inverse of twice this length counts
+/// as vibration.
 const SMOOTHED_S: f64 = 0.2;
 /// Range of the time by which the source of the added vibration is earlier in the log, s.
 const EARLIER_S: (f64, f64) = (2.0, 10.0);
 
 /// Change of the vibration, and the source of the added part.
 ///
-/// Vibration is an axis minus its mean over 0.2 s, taken twice (a triangle of 0.4 s, whose response is 0.5 at 2.2 Hz).
-/// For a factor below one, a part of the vibration is removed. For a factor k above one, the vibration from 2 to 10 s
-/// earlier is added. It is scaled such that the root mean square becomes k times the original. Strength, spectrum and
-/// phases between the axes remain those of the log, because all axes use the same time.
+/// Vibration is the signal of an axis minus its moving mean of 0.2 s, with the mean applied twice. The two means are a
+/// triangle of 0.4 s, whose response is 0.5 at 2.2 Hz. For a factor below one, a part of the vibration is removed. For
+/// a factor k above one, the vibration from 2 to 10 s earlier is added. It is scaled such that the root mean square
+/// becomes k times the original. Strength, spectrum and phases between the axes remain those of the log, because all
+/// axes use the same time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Vibration {
     factor: f64,

@@ -79,8 +79,8 @@ impl FlightEvent {
 pub struct FlightConfig {
     /// The airframe.
     pub helicopter: HelicopterParameters,
-    /// The airframe whose hover needs every stick at zero; `None` for `helicopter` itself. The autopilot starts with
-    /// the sticks at trim and has to find the difference in flight.
+    /// The airframe whose hover needs every stick at zero; `None` for `helicopter` itself. The trim in the autopilot's
+    /// configuration does not contain the difference between the two airframes.
     pub rigged_for: Option<HelicopterParameters>,
     /// The linear model that flies instead of `helicopter`, if any. Loss of power and changes of mass are rejected for
     /// it.

@@ -106,7 +106,7 @@ impl<'a, T: Scalar> RunningFlight<'a, T> {
             None => config.settings()?,
         };
         let (vehicle, hover) = config.hovering()?;
-        // The pilot has trimmed this vehicle; the autopilot takes over the pilot's trim.
+        // The pilot's trim is the hover of this vehicle. The autopilot engages at the pilot's sticks.
         let mut pilot = config.autopilot;
         let (trim, hover) = (pilot.trim.sticks.to_array(), hover.to_array());
         pilot.trim.sticks = Sticks::from_array(std::array::from_fn(|stick| {

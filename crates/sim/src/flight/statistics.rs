@@ -17,13 +17,14 @@ pub struct HoverStatistics {
     pub heading_worst_deg: f64,
     /// Root mean square of the deviation from the initial position, north, east, down, m.
     pub position_rms_m: [f64; 3],
-    /// Root mean square of the estimator's error of north, east and down velocity, m/s; NaN without a solution.
+    /// Root mean square of the estimator's error of north, east and down velocity, m/s; NaN if any sample has no
+    /// solution.
     pub velocity_error_rms_mps: [f64; 3],
-    /// Root mean square of the estimator's error of roll, pitch and heading, °; NaN without a solution.
+    /// Root mean square of the estimator's error of roll, pitch and heading, °; NaN if any sample has no solution.
     pub attitude_error_rms_deg: [f64; 3],
     /// Root mean square of the commands about their means.
     pub sticks_rms: [f64; 4],
-    /// Means of the commands: the difference between the vehicle's trim and zero.
+    /// Means of the commands: the sticks at which this vehicle is in trim.
     pub sticks_mean: [f64; 4],
 }
 
@@ -127,8 +128,8 @@ impl Flight {
     }
 }
 
-/// Root mean square of the deviation of `truths` from the velocity `wanted_mps` forward, to the right and down, level axes
-/// of the heading, m/s, at the times of `span_s`; `None` without a sample in it.
+/// Root mean square deviation of the velocity of `truths` from `wanted_mps`, m/s, at the times of `span_s`. Axes:
+/// forward, right and down with a level horizon. `None` without a sample in this time.
 #[must_use]
 pub fn velocity_deviation_mps(
     truths: impl Iterator<Item = Truth>,

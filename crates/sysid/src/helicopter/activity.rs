@@ -16,11 +16,11 @@ pub struct StickActivity {
     pub stick: &'static str,
     /// Range without outliers, in the unit of the record.
     pub travel: f64,
-    /// Time in which the stick moves, s: windows of a second, longer for slow records, in which it changes by more than a
-    /// tenth of its travel.
+    /// Total time in which the stick moves, s. The stick moves in a window if it changes by more than a tenth of its
+    /// travel. A window has a second, or more for slow records.
     pub moved_s: f64,
-    /// First and last frequency of its movement, Hz: 5 % of the power lie below, 5 % above. `None` for a stick that does
-    /// not move, and for a record that is too short or too long for spectra.
+    /// First and last frequency of its movement, Hz. 5 % of the power is below the first, 5 % above the last. `None`
+    /// for a stick that does not move, and for a record that is too short or too long for spectra.
     pub band_hz: Option<[f64; 2]>,
     /// Number of test points: steps of this stick alone.
     pub test_points: usize,
@@ -35,11 +35,11 @@ pub struct Activity {
     pub models: Vec<String>,
 }
 
-/// Fraction of its travel by which a moving stick changes within a second.
+/// Smallest change of a moving stick within a window, as a fraction of its travel.
 const MOVED: f64 = 0.1;
 /// Shortest movement of a stick from which a model is identified, s.
 const LEAST_MOVED_S: f64 = 3.0;
-/// Shortest window in which a movement is searched, s, and its number of rows.
+/// Smallest window in which movement is searched: length, s, and number of rows.
 const WINDOW: (f64, f64) = (1.0, 3.0);
 /// Shortest and longest sample period of the spectra, s.
 const PERIOD_S: [f64; 2] = [0.01, 0.1];
@@ -48,7 +48,8 @@ const PERIOD_S: [f64; 2] = [0.01, 0.1];
 const MOST_SAMPLES: usize = 8_640_000;
 
 impl Activity {
-    /// The movement in `controls`: rows of the four sticks in time order. `has_fixes` is whether the log has velocities.
+    /// The movement of the sticks in `controls`, whose rows contain the four sticks in time order. `has_fixes` is
+    /// whether the log has velocities.
     #[must_use]
     pub fn of(controls: &[(Time, [f64; 4])], has_fixes: bool) -> Self {
         let travels = travels(controls);
@@ -96,7 +97,7 @@ fn usual_interval_s(controls: &[(Time, [f64; 4])]) -> f64 {
     intervals.get(intervals.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// Length of the windows of `window_s` in which a stick changes by more than a given size, s.
+/// Total length, s, of the windows of `window_s` in which the stick `index` changes by more than `least`.
 fn moved_s(controls: &[(Time, [f64; 4])], (index, least): (usize, f64), window_s: f64) -> f64 {
     let window = |row: &(Time, [f64; 4])| (row.0.seconds() / window_s).floor();
     let moved = controls.chunk_by(|one, other| window(one) == window(other)).filter(|rows| {
@@ -106,7 +107,7 @@ fn moved_s(controls: &[(Time, [f64; 4])], (index, least): (usize, f64), window_s
     moved.count() as f64 * window_s
 }
 
-/// Band of each stick, with its position held from row to row, of rows with the interval `usual_s`.
+/// Band of each stick in `controls`, whose rows are `usual_s` apart. The position of a stick is held from row to row.
 fn bands(controls: &[(Time, [f64; 4])], usual_s: f64) -> Vec<Option<[f64; 2]>> {
     let (Some(first), Some(last)) = (controls.first(), controls.last()) else { return Vec::new() };
     let [shortest_s, longest_s] = PERIOD_S;

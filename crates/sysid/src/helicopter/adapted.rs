@@ -35,8 +35,8 @@ impl Structure {
         factors.map(|(index, _)| *index).filter(is_own).collect()
     }
 
-    /// The structure with the effect and the delay of `input`, which never moves, fixed at 0. A delay
-    /// shared with an input that moves stays free, and so does a parameter with another signal.
+    /// The structure with the effect and the delay of `input`, which never moves, fixed at 0. A delay that also delays
+    /// a moving input stays free. A parameter that also multiplies another signal stays free.
     pub(super) fn with_still(mut self, input: &str) -> Self {
         let Some(input) = self.inputs.iter().position(|own| own == input) else { return self };
         let delay = self.delays[input].take().filter(|own| !self.delays.contains(&Some(*own)));
@@ -46,9 +46,9 @@ impl Structure {
         self
     }
 
-    /// The structure for sticks in the unit of the record, in which `units` correspond to full travel. It converts
-    /// initial values and limits of the control derivatives. A search then takes the same steps in every unit. Fixed
-    /// values and priors are in the unit of the record.
+    /// The structure for sticks in the unit of the record; `units` are the values of full travel in this unit. The
+    /// initial values of free control derivatives and the limits of all are converted. A search then takes the same
+    /// steps in every unit. Fixed values and priors must already be in the unit of the record.
     pub(super) fn in_units(mut self, units: [f64; 4]) -> Self {
         for (stick, unit) in STICKS.iter().zip(units) {
             let Some(input) = self.inputs.iter().position(|own| own == stick) else { continue };
@@ -64,8 +64,8 @@ impl Structure {
         self
     }
 
-    /// The structure with a stabiliser bar. `found` contains the estimates without a bar. Its control derivatives give
-    /// the initial values for stick and bar.
+    /// The structure with a stabiliser bar. `found` contains the estimates without a bar. The initial value of a
+    /// stick's derivative is half of its estimate, that of the bar's is the whole estimate.
     pub(super) fn with_bar(self, found: &Estimates, units: [f64; 4]) -> Self {
         let mut with = self;
         let of_stick = |name: &str| found.get(name).map_or(0.0, |estimate| estimate.value);

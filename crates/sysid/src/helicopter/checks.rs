@@ -7,14 +7,14 @@ use crate::methods::structure::Structure;
 use crate::record::STICKS;
 use crate::record::preprocess::{KinematicChannels, check_kinematics};
 
-/// Fraction of missing data in an interval with a still stick from which on the stick does not count as still.
+/// Fraction of missing data in the interval of a still stick above which no warning reports the stick.
 const UNRECORDED: f64 = 0.9;
 
 /// Warnings about the sticks and the motion of `flight`, one sentence each. They report sticks that do not move or move
 /// together, and attitude, rates and velocity that are kinematically inconsistent.
 ///
-/// Only the sticks and outputs of `structure` are checked. Times are those of the flight. [`FlightRecord::gaps`] reports the
-/// parts without data.
+/// Only the sticks and outputs of `structure` are checked. Times are those of the flight. [`FlightRecord::gaps`]
+/// reports the parts without data.
 #[must_use]
 pub fn flight_warnings(flight: &FlightRecord, structure: &Structure) -> Vec<String> {
     let record = &flight.experiment;

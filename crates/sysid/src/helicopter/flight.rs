@@ -55,7 +55,8 @@ pub struct FlightRecord {
     pub heading_rad: Vec<f64>,
     /// Range of flight in which the model is identified.
     pub condition: FlightCondition,
-    /// Parts of the flight without sticks or motion. The samples there hold the last value or are interpolated.
+    /// Parts of the flight without sticks or motion. There the sticks hold their last value, and the motion is
+    /// interpolated.
     pub gaps: Vec<Gap>,
 }
 
@@ -82,7 +83,8 @@ impl FlightRecord {
             return Err(short);
         }
         let usual = intervals[intervals.len() / 2];
-        // The interval is the mean of the usual intervals. A median alone contains the rounding of the clock.
+        // The interval is the mean of all intervals within 10 % of the median. The median alone contains the rounding
+        // of the clock.
         let usual: Vec<f64> = intervals
             .into_iter()
             .filter(|interval| (0.9..1.1).contains(&(interval / usual)))
@@ -174,7 +176,7 @@ impl FlightRecord {
     /// Whether sticks and motion were recorded from `from` to `to`, and long enough before `from` for the filters to
     /// settle after a gap.
     pub(super) fn is_whole(&self, from: Time, to: Time) -> bool {
-        /// Settling time, three time constants of the narrowest notch.
+        /// Settling time, s: three time constants of the narrowest notch.
         const FORGOTTEN_S: f64 = 2.0;
         !self.gaps.iter().any(|gap| gap.from < to && from < gap.to.offset_by(FORGOTTEN_S))
     }

@@ -40,7 +40,7 @@ impl Found {
 /// Schwarz's penalty for N/λ effective samples.
 ///
 /// λ is at least 1. It is the factor by which innovations that are not white overstate the likelihood of these
-/// parameters. The widening of the bounds, `WIDENED`, is divided out of it.
+/// parameters, divided by the square of `WIDENED`.
 ///
 /// # Source
 /// Schwarz (1978), *Annals of Statistics* 6(2); Gao and Song (2010), *JASA* 105(492), for a likelihood that treats

@@ -17,7 +17,8 @@ pub struct FrequencyDomain {
     pub modelled: Responses,
     /// Parameters identifiable from the responses, by both methods.
     pub parameters: Vec<SideBySide>,
-    /// Parameters not identifiable from the responses, fixed at their time-domain values.
+    /// Parameters not identifiable from the responses. They are fixed at their time-domain values, or their bound is
+    /// hardly below the sigma of the prior.
     pub untold: Vec<String>,
     /// Costs of every response that was coherent at enough frequencies.
     pub costs: Vec<PairCost>,
@@ -32,7 +33,7 @@ impl FrequencyDomain {
     ///
     /// The fit uses the responses alone. Up to 4 Hz a servo lag is equivalent to a delay. Servo lags are therefore
     /// fixed unless the flight excites much higher frequencies. Parameters that are not identifiable from the responses
-    /// are fixed one by one, the least identifiable first.
+    /// are fixed in groups, and the fit is repeated after each group.
     ///
     /// # Errors
     /// [`FrequencyError`] where no stick moved independently, or no output responds coherently to a stick.

@@ -6,8 +6,8 @@ use hovernav::ekf::Solution;
 use hovernav::imu::ImuSample;
 use hovernav_dataset::Dataset;
 
-/// The `smoothed` solutions of a log, or those of its gyros where there are no fixes, or where no heading was found and
-/// `structure` has rates alone.
+/// The `smoothed` solutions of a log, or solutions from its gyros. The gyros are used for a log without fixes. They are
+/// also used where `smoothed` is empty, because no heading was found, and `structure` has rates alone.
 #[must_use]
 pub fn solutions_for(
     dataset: &Dataset,

@@ -82,15 +82,16 @@ impl From<ModelStructure> for Request {
     }
 }
 
-/// Identifies a model of the `wanted` structure from a flight. Without a structure it is `hybrid`, or `multirotor` for a vehicle
-/// whose rotors do not flap: the rotor's time constant is then on its limit, and Akaike's criterion prefers the model
-/// without flapping. Without fixes it is `rates`; pass [`gyro_solutions`](super::gyro_solutions) as
+/// Identifies a model of the `wanted` structure from a flight. Without a structure it is `hybrid`. It is `multirotor`
+/// for a vehicle whose rotors do not flap. Then the rotor's time constant is on its limit, and Akaike's criterion
+/// prefers the model without flapping. Without fixes it is `rates`; pass [`gyro_solutions`](super::gyro_solutions) as
 /// `solutions`.
 ///
-/// The model is identified from all flight in the condition of the structure, usually near a hover, except the validation data. The last repetition on each stick
-/// with at least two is held back; for a flight without test points, every fourth piece of 10 s is. The validation data
-/// judge that model. Its parameters are then estimated again with these data included, and a stabiliser bar must again
-/// justify its extra parameters. The windows of the fits are simulated over 5 s, each from its own initial state.
+/// The model is identified from all flight in the condition of the structure, usually near a hover, except the
+/// validation data. For each stick with at least two repetitions, the last repetition is held back. For a flight
+/// without test points, every fourth piece of 10 s is held back. The validation data judge that model. Its parameters
+/// are then estimated again with these data included, and a stabiliser bar must again justify its extra parameters. The
+/// windows of the fits are simulated over 5 s, each from its own initial state.
 ///
 /// # Errors
 /// See [`IdentifyError`].
@@ -282,7 +283,7 @@ pub fn identify(
     })
 }
 
-/// Difference of the forward speed from that of the condition that causes a warning, m/s.
+/// Difference, m/s, between the forward speed of the flight and that of the condition, above which a warning is given.
 const OTHER_MPS: f64 = 1.0;
 
 /// A warning where most of the flight `flown` is outside the `condition`, or where the part in it has another speed.

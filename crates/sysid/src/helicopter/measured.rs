@@ -96,7 +96,8 @@ pub(super) struct Fitted {
     pub places: Vec<usize>,
     /// Parameters identifiable from the responses, with their values in the initial model and in the fit.
     pub parameters: Vec<SideBySide>,
-    /// Parameters not identifiable from the responses, fixed at their initial values.
+    /// Parameters not identifiable from the responses. They are fixed at their initial values, or their bound is hardly
+    /// below the sigma of the prior.
     pub untold: Vec<String>,
     /// Costs of every response that was coherent at enough frequencies.
     pub costs: Vec<PairCost>,
@@ -240,7 +241,7 @@ impl Measured {
         }
         let mut untold = Vec::new();
         let mut values = start.clone();
-        // The first fit, without priors, measures the misfit that they compete with.
+        // The first fit has no priors. Its misfit gives the unit in which the next fits weight the priors.
         let mut unit = None;
         let fit = loop {
             let own: Vec<f64> = free.iter().map(|&one| values[one]).collect();
@@ -302,9 +303,10 @@ fn with(values: &[f64], free: &[usize], theta: &[f64]) -> Vec<f64> {
     all
 }
 
-/// Parameters of `free` that are not identifiable from the responses. The first group that is not empty is returned:
-/// parameters on a limit of their range, which distort the others; parameters with too large an insensitivity; the
-/// parameter with the widest bound, if it is too wide.
+/// Parameters of `free` that are not identifiable from the responses: the first of three groups that is not empty. The
+/// first group is on a limit of its range, which distorts the others; delays are exempt. The second has too large an
+/// insensitivity. The third is the parameter with the widest bound, if this is too wide. Parameters with a prior are
+/// exempt from the last two groups.
 fn least_determined(identified: &Identified, free: &[usize], fit: &ResponseFit) -> Vec<usize> {
     let is_on_limit = |(parameter, value): (&usize, &f64)| {
         let own = &identified.structure.parameters[*parameter];

@@ -2,20 +2,21 @@
 //!
 //! States and inputs have the names of a flight record. The states are u, v, w, m/s; p, q, r, rad/s; phi, theta, rad.
 //! The inputs are lateral, longitudinal, collective and pedal, −1…1 about trim, and the terms ku, kv, kw, kphi and
-//! ktheta that rigid-body kinematics add to the linear equations. They are known from the flight. Derivatives are in SI,
-//! per unit stick. Every structure is continuous in time.
+//! ktheta that rigid-body kinematics add to the linear equations. They are known from the flight. Derivatives are in
+//! SI, per unit stick. Every structure is continuous in time.
 //!
 //! In all structures the effect of gusts on an axis is a slow acceleration of its own, dp to dw. The response to a gust
 //! can then exceed what the derivative predicts, and no gust grows as its derivative vanishes. MIL-F-8785C gives a
 //! turbulence scale of 67 m for horizontal and 10 m for vertical gusts at a height of 10 m. The wind carries the
-//! turbulence past the vehicle at a few m/s. Servos are first-order lags, typically with corners from 5 to 13 Hz. A delay
-//! is negative where a stick is recorded after it moved; a movement between samples is recorded half a period late.
+//! turbulence past the vehicle at a few m/s. Servos are first-order lags, typically with corners from 5 to 13 Hz. A
+//! delay is negative where a stick is recorded after it moved; a movement between samples is recorded half a period
+//! late.
 //!
 //! # Source
 //! Paw (2005), *System identification and control system design for a model helicopter in hover*, NTU,
 //! doi:10.32657/10356/47095, equations 3.39–3.57 and section 5.6.1.3. Priors: Padfield, *Helicopter Flight Dynamics*,
-//! section 4.3.3; Mettler, Tischler and Kanade (2002), *J. AHS* 47(1), table 2; Gavrilets, Mettler and Feron (2003), MIT
-//! LIDS P-2580.
+//! section 4.3.3; Mettler, Tischler and Kanade (2002), *J. AHS* 47(1), table 2; Gavrilets, Mettler and Feron (2003),
+//! MIT LIDS P-2580.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -52,8 +53,9 @@ pub struct ModelStructure {
     output_noises: BTreeMap<String, f64>,
     /// Outputs with an error of the estimator in the equations.
     with_error: Vec<String>,
-    /// Range of a stick in the flight, as a fraction of full travel to one side, for which initial values and limits of
-    /// control derivatives are written. They are scaled by the travel in the flight; `None` for numbers in its unit.
+    /// Range of a stick in a typical flight, as a fraction of full travel to one side. With it, the travel in the
+    /// flight converts initial values and limits of control derivatives to the unit of the record. `None` if they are
+    /// in this unit already.
     pub(super) stick_travel: Option<f64>,
     /// Range of flight in which the derivatives are valid.
     pub condition: FlightCondition,
@@ -109,8 +111,8 @@ impl ModelStructure {
         &self.equations.name
     }
 
-    /// The structure in `file`. A structure of parts has the equations of all its parts; its own parameters replace
-    /// theirs of the same name.
+    /// The structure in `file`. A structure of parts has the equations of all its parts. A parameter of the file
+    /// replaces the parameter of a part with the same name.
     fn of_file(mut file: File, name: &str, path: &Path) -> Result<Self, ModelStructureError> {
         file.check_names().map_err(|reason| content(path, reason))?;
         let mut parts = Vec::new();
@@ -162,7 +164,8 @@ impl ModelStructure {
         })
     }
 
-    /// Main stick and delay of a part with one delay: the last input that has it.
+    /// Stick and delay of a part with exactly one delay parameter. If several inputs share it, the stick is the last of
+    /// them.
     pub(super) fn own_delay(&self) -> Option<(&str, &str)> {
         let equations = &self.equations;
         let delays = equations.inputs.iter().zip(&equations.delays);

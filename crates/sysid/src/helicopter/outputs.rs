@@ -7,8 +7,8 @@ use crate::record::Experiment;
 
 /// Outputs of the responses: rates, and the accelerations that accelerometers at the centre of gravity measure.
 ///
-/// Attitude and velocity are their integrals and add no information. Their initial values, however, last through a
-/// window of some seconds.
+/// Attitude and velocity are not outputs: as integrals of these signals they add no information. Their initial values
+/// would last through a window of some seconds.
 pub(super) const OUTPUTS: [Output; 6] = [
     Output { name: "p", state: "p", felt: None },
     Output { name: "q", state: "q", felt: None },
@@ -22,8 +22,8 @@ pub(super) const OUTPUTS: [Output; 6] = [
 pub(super) struct Output {
     pub name: &'static str,
     pub state: &'static str,
-    /// For an acceleration: the kinematic term to subtract from the state's rate of change, and the tilt to add, times
-    /// gravity.
+    /// For an acceleration three values: the kinematic term to subtract from the state's rate of change, the tilt to
+    /// add, and the factor of this tilt, m/s².
     pub felt: Option<(&'static str, &'static str, f64)>,
 }
 

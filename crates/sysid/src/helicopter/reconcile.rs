@@ -30,8 +30,8 @@ const MUCH_BETTER: f64 = 0.25;
 pub struct Conflict {
     /// The parameter as identified by each domain alone.
     pub parameter: SideBySide,
-    /// The response that the time domain fits worst, if the time domain was rejected. The model then has the value of
-    /// the frequency domain.
+    /// The response that the time domain fits worst, if the time domain was rejected. The search then uses the values
+    /// of the frequency domain as further measurements.
     pub denied_by: Option<PairCost>,
 }
 
@@ -52,7 +52,7 @@ impl fmt::Display for Conflict {
 impl Search<'_> {
     /// Improves each of `parts` by the fit to the responses of `measured`. If the time domain was rejected, all
     /// parameters of this fit enter the search in the time domain. Otherwise only those enter on which both domains
-    /// agree and whose bounds are much smaller in the frequency domain.
+    /// agree and whose bounds are much smaller in the frequency domain. A delay with a fixed lag never enters.
     ///
     /// # Source
     /// Tischler and Remple, chapter 14: the result of the frequency domain is the start of the time domain, and fixes

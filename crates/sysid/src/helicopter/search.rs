@@ -29,7 +29,8 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Unit of each stick for the numbers of `structure`; see [`Structure::in_units`].
+    /// Value of each stick at full travel to one side, in the unit of the record; 1 if the numbers of `structure` are
+    /// in this unit. See [`Structure::in_units`].
     fn units(&self, structure: &ModelStructure) -> [f64; 4] {
         self.travels.map(|travel| match structure.stick_travel {
             Some(usual) if travel > 0.0 => travel / usual,
@@ -71,8 +72,8 @@ impl Search<'_> {
         }
     }
 
-    /// Parts of `rigid`, a model without flapping, if the rotor of `parts` flaps as fast as the limit allows and the data
-    /// on roll and pitch are more likely without flapping, by Akaike's criterion.
+    /// Parts of `rigid`, a model without flapping, if two conditions hold. The rotor of `parts` flaps as fast as the
+    /// limit allows. By Akaike's criterion, the data on roll and pitch are more likely without flapping.
     pub fn without_flapping(&self, parts: &[Found], rigid: &ModelStructure) -> Option<Vec<Found>> {
         let is_on_bound = |part: &&Found| {
             let rotor = part.identified.estimates.get("tau_f");
@@ -250,9 +251,9 @@ impl Search<'_> {
         structure: Arc<ModelStructure>,
         equations: &Structure,
     ) -> Found {
-        // The search starts at the noise found without a bar. A gust tilts the disc by the same angle, so its rate of
-        // tilt scales with the speed of the rotor. With the default initial noise, noise sometimes replaces the effect
-        // of the bar.
+        // The search starts at the noise found without a bar. A gust tilts the disc by the same angle, so the noise of
+        // the tilt rate scales with the inverse of the rotor's time constant. With the default initial noise, noise
+        // sometimes replaces the effect of the bar.
         let rotor = equations.parameter("tau_f");
         let faster = rotor.map_or(1.0, |own| known.values()[own] / equations.parameters[own].start);
         let noises = equations.noises.iter().zip(known.process_sigma());
@@ -270,7 +271,7 @@ impl Search<'_> {
     }
 }
 
-/// Whether `stick` is the only stick of `part`.
+/// Whether `stick` is the stick of `part` according to [`ModelStructure::own_delay`].
 fn is_of(part: &Found, stick: &str) -> bool {
     part.structure.own_delay().is_some_and(|(own, _)| own == stick)
 }

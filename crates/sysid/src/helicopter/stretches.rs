@@ -56,7 +56,7 @@ pub(super) fn pieces(record: &FlightRecord) -> Vec<TestPoint> {
         .collect()
 }
 
-/// Ranges of samples in the flight's condition with recorded data, without the samples for which `omitted` returns true.
+/// Ranges of samples in the flight's condition with recorded data, without the samples that `omitted` accepts.
 fn steady(record: &FlightRecord, omitted: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let experiment = &record.experiment;
     let least = (LEAST_S / experiment.period_s) as usize;

@@ -212,8 +212,8 @@ impl Identified {
         entries
     }
 
-    /// Indices of the vehicle's states: all except gusts and measurement errors. They affect outputs or other states,
-    /// and other states or inputs drive them.
+    /// Indices of the vehicle's states: all except gusts and measurement errors. A vehicle state affects outputs or
+    /// other states, and other states or inputs drive it.
     pub(super) fn vehicle_states(&self) -> Vec<usize> {
         let structure = &self.structure;
         let (n, m) = (structure.states.len(), structure.inputs.len());

@@ -162,8 +162,8 @@ impl Identification {
         judge.grade
     }
 
-    /// Pairs of parameters that cannot be separated, of which at least one matters on its own. Pairs of two well-known
-    /// parameters are omitted, and the delay and lag of one stick, of which only the sum matters.
+    /// Pairs of parameters that cannot be separated, except harmless pairs. A pair is harmless if both parameters are
+    /// well known. The delay and lag of one stick are harmless too, because only their sum matters.
     fn inseparable(&self) -> Vec<(&str, &str, f64)> {
         let is_known = |name: &str| {
             let own = self.identified.estimates.get(name);
@@ -228,7 +228,7 @@ impl Judge {
         }
     }
 
-    /// Judges the `fit` to the validation data by the model that was identified without them.
+    /// Judges the model by `fit`, the fit to the validation data of the model that was identified without them.
     fn held_back(&mut self, fit: &Fit) {
         let is_direct = |channel: &&ChannelFit| DIRECT.iter().any(|(own, _)| *own == channel.name);
         for channel in fit.channels().0.iter().filter(is_direct) {
@@ -388,8 +388,8 @@ impl Judge {
             if percent.is_nan() || percent > CONTROL_PERCENT[1] {
                 self.say(Grade::DoNotFly, known);
             } else if percent > CONTROL_PERCENT[0] {
-                // A design depends on the response. It is unchanged where errors of the control and damping derivatives
-                // compensate.
+                // A design depends on the response. The response is unchanged where errors of the control and damping
+                // derivatives compensate.
                 let is_enough = self.knows_response_of(name);
                 self.say(if is_enough { Grade::Good } else { Grade::Care }, known);
             }

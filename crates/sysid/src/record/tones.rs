@@ -187,7 +187,8 @@ fn notch(signal: &mut [f64], tone: Tone, period_s: f64) {
     let (radius, cosine) = tone.poles(period_s);
     let (late, later) = (-2.0 * radius * cosine, radius * radius);
     let gain = (1.0 + late + later) / (2.0 - 2.0 * cosine);
-    // The filter starts in the steady state of the first value, without a transient.
+    // The filter starts in the steady state of the first value: a constant causes no transient. `still` removes that
+    // of a tone.
     let first = signal.first().copied().unwrap_or(0.0);
     let (mut in_1, mut in_2, mut out_1, mut out_2) = (first, first, first, first);
     for value in signal.iter_mut() {
@@ -203,7 +204,8 @@ fn notch(signal: &mut [f64], tone: Tone, period_s: f64) {
 const INAUDIBLE: f64 = 1e-12;
 
 /// Removes the initial transient of a notch with poles of `radius` at `angle`. The transient exists because the record
-/// begins within the tone and the filter starts at rest. It is fitted to differences, in which slow motion is small.
+/// begins within the tone, and the filter starts in the steady state of a constant. It is fitted to differences, in
+/// which slow motion is small.
 fn still(signal: &mut [f64], radius: f64, angle: f64) {
     let turn = Complex::from_polar(radius, angle);
     let ringing = || {

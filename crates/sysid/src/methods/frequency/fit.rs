@@ -56,7 +56,8 @@ pub struct ResponseFit {
     /// Insensitivities: change of one parameter, with all others fixed, that raises the cost by the same amount for
     /// each parameter. Never above the bound.
     pub insensitivities: Vec<f64>,
-    /// Bound of a parameter that changes a single residual, with a slope of 1.
+    /// Bound of a parameter on which a single residual depends, with a slope of 1: twice the standard deviation of the
+    /// residuals.
     pub unit: f64,
     /// Costs of the remaining misfit.
     pub costs: ResponseCosts,
@@ -227,7 +228,7 @@ struct Misfit<M> {
     frequencies_radps: Vec<f64>,
     shape: (usize, usize),
     points: Vec<Point>,
-    /// Size of each parameter that the step of the derivative uses at least: a small fraction of the search range, in
+    /// Smallest assumed size of each parameter for the step of the derivative: a small fraction of the search range, in
     /// the parameter's unit.
     sizes: Vec<f64>,
     known: Vec<(usize, f64, f64)>,

@@ -308,7 +308,7 @@ fn window_error(
     counts: Counts,
     frequency_hz: f64,
 ) -> f64 {
-    // A Hann window does not resolve frequencies within two bins of zero.
+    // A Hann window does not resolve frequencies within 1.5 bins of zero.
     if window_s * frequency_hz < 1.5 {
         return f64::INFINITY;
     }

@@ -221,8 +221,8 @@ fn summarise(
         })
     };
     let (mut covariance, mut white) = (covariance.ok_or_else(singular)?, white);
-    // Fixed noise may exceed the noise of the flight. A bound is therefore never below the bound for the noise of the
-    // model.
+    // Fixed noise may exceed the noise of the flight. A bound is therefore never below the bound for white innovations
+    // with the noise of the model.
     let widen: Vec<f64> = (0..white.nrows())
         .map(|place| (white[(place, place)] / covariance[(place, place)]).sqrt().max(1.0))
         .map(|factor| settings.widened * if factor.is_finite() { factor } else { 1.0 })

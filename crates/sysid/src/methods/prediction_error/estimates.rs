@@ -105,8 +105,9 @@ impl Estimates {
     }
 
     /// Factor by which white innovations would understate the variances of the estimates `names` together. It is the
-    /// mean of the eigenvalues of W⁻¹V, with W the covariance for white innovations and V the covariance. The
-    /// likelihood is overstated by this factor. `None` where no estimate of `names` exists, or a variance is unknown.
+    /// mean of the eigenvalues of W⁻¹V. W is the covariance for white innovations, V that for the actual innovations.
+    /// The likelihood is overstated by this factor. `None` where no estimate of `names` exists, or a variance is
+    /// unknown.
     ///
     /// # Source
     /// Kent (1982), *Biometrika* 69(1); Rotnitzky and Jewell (1990), *Biometrika* 77(3). Equation (I31) of

@@ -266,8 +266,8 @@ struct WindowNoise {
     /// Γₙ diag(σ).
     driven: DMatrix<f64>,
     measurement_sigma: Vec<f64>,
-    /// The whole parameter vector, with each output's error over the window from a known initial state in place of its
-    /// noise. It weights the outputs in the fit of the initial state.
+    /// The whole parameter vector, with other σ of the outputs. Each is the error of the output over the window from a
+    /// known initial state. They weight the outputs in the fit of the initial state.
     weights: Vec<f64>,
     length: usize,
 }

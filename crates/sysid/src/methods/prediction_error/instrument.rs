@@ -129,8 +129,8 @@ impl Indicated {
         Some(Self { delay_s, left, instruments })
     }
 
-    /// Mean square distance of other delays, weighted by their likelihood. The logarithm of the likelihood is divided
-    /// by the factor `overstated`. A delay one sample away can be nearly as likely.
+    /// Mean square distance, s², of other delays from this delay, weighted by their likelihood. The logarithm of the
+    /// likelihood is divided by the factor `overstated`. A delay one sample away can be nearly as likely.
     ///
     /// # Source
     /// Chernozhukov and Hong (2003), *Journal of Econometrics* 115(2).

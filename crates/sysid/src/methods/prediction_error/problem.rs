@@ -78,7 +78,7 @@ impl Problem<'_> {
         self.records.iter().map(|record| record.samples).sum()
     }
 
-    /// Initial values of all records' own values, for the solution.
+    /// Initial values of all records' own values, before the first evaluation.
     pub fn guesses(structure: &Structure, records: &[Record]) -> Own {
         let values = records.iter().map(|record| Self::guess(structure, record)).collect();
         Own { values, at: None }
@@ -110,7 +110,7 @@ impl Problem<'_> {
         OwnRows::new(structure, predictor, Self::solved(structure), lengths)
     }
 
-    /// −½ νᵀS⁻¹ν minimised over the record's own unknowns, which are returned.
+    /// ½ νᵀS⁻¹ν, minimised over the record's own unknowns, which are written to `own`.
     pub fn solve_own(
         structure: &Structure,
         predictor: &Predictor,
@@ -266,7 +266,7 @@ impl Cost for Problem<'_> {
     }
 }
 
-/// Solves with a positive semidefinite matrix; unobservable directions stay unchanged.
+/// Solves with a positive semidefinite matrix. The solution is 0 for entries without information.
 pub(super) fn solve(matrix: &DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>> {
     solve_many(matrix, &DMatrix::from_column_slice(right.len(), 1, right.as_slice()))
         .map(|solved| solved.column(0).into_owned())

@@ -116,7 +116,7 @@ fn between(fraction: f64) -> Weights {
 
 /// A first-order lag of a held input, averaged over each interval.
 struct Lag {
-    /// Fraction of a difference between state and input that remains after an interval, and in the interval's mean.
+    /// Remaining fraction of the difference between state and input: at the end of an interval, and averaged over it.
     left: [f64; 2],
     /// Derivatives of `left` with respect to the time constant.
     moved: [f64; 2],

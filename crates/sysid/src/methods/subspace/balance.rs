@@ -6,7 +6,7 @@ use crate::methods::innovation::InnovationModel;
 use hovernav_model::LinearModel;
 use hovernav_model::linalg::Stein;
 
-/// `model` in the basis in which each state is equally controllable from inputs and innovations and observable in the
+/// `model` in the basis in which each state is as controllable from inputs and innovations as it is observable in the
 /// outputs. Unchanged where a state is uncontrollable or unobservable.
 pub(super) fn balanced(
     model: InnovationModel,

@@ -61,7 +61,7 @@ pub struct Refined {
     pub converged: bool,
 }
 
-/// Refines `start` over `experiment`, its estimation data, about the same trim.
+/// Refines `start` on `experiment`, the data from which it was estimated, as deviations from the same trim.
 ///
 /// `None` where `start` cannot be refined by this criterion: its simulation, or its one-step predictor, is unstable.
 #[must_use]

@@ -75,7 +75,7 @@ pub enum PreprocessError {
         /// Longest gap that may be bridged, s.
         longest_s: f64,
     },
-    /// The sample period is invalid, or differs from the requested one.
+    /// The sample period is not above 0 or not finite.
     #[error("invalid sample period of {period_s} s")]
     Period {
         /// The period, s.
