@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-/// Moves the items from index `count` on to the front of the slice; the items after them do not change.
+/// Moves the items from index `count` to the end of the slice to its front. Items behind the moved ones do not change.
 ///
 /// `copy_within` does the same, but contains a panic for an invalid range.
 pub(crate) fn move_to_front<T: Copy>(items: &mut [T], count: usize) {
@@ -12,7 +12,8 @@ pub(crate) fn move_to_front<T: Copy>(items: &mut [T], count: usize) {
     }
 }
 
-/// Numbers from the front of a message, of which the most significant byte is first if `BIG`, else last.
+/// Bytes of a message, read as numbers from the front. The most significant byte of each number is first if `BIG`, else
+/// last.
 #[cfg(any(feature = "tsip", feature = "ubx"))]
 pub(crate) struct Bytes<'a, const BIG: bool>(pub &'a [u8]);
 

@@ -285,8 +285,8 @@ impl<T: Scalar> LocalEarth<T> {
         }
     }
 
-    /// The position `from` moved by the displacement of one integration step, computed with the radii at the middle of
-    /// the step: second order in the step's length. `self` must be the Earth model at `from`.
+    /// The position `from` moved by the displacement of one integration step. The radii are those at the middle of the
+    /// step, so the result is accurate to second order in the step's length. `self` must be the Earth model at `from`.
     ///
     /// # Source
     /// Equation (E10) of docs/equations.md.

@@ -173,8 +173,8 @@ macro_rules! scalar {
 scalar!(f32, 2896.0, sqrt_single, sincos_single, atan2f, asinf, expf, logf, roundf);
 scalar!(f64, 67_108_864.0, sqrt_double, sincos_double, atan2, asin, exp, log, round);
 
-/// Square root by the SSE2 intrinsic; the bits are those of `libm`. `libm` uses an SSE instruction in every build. In a
-/// build with `target-cpu=native`, which uses wide vectors, this instruction waits for all lanes of the vector, and a
+/// Square root by the SSE2 intrinsic; the bits are those of `libm`. `libm` uses an SSE instruction in every build. A
+/// build with `target-cpu=native` uses wide vectors. There this instruction waits for all lanes of the vector, and a
 /// fix takes 1.5 times as long.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 #[inline(always)]

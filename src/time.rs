@@ -32,7 +32,8 @@ impl Time {
     /// The clock's zero.
     pub const ZERO: Self = Self::from_nanoseconds(0);
 
-    /// The moment `nanoseconds` after the clock's zero; `i64::MIN` gives the moment after it.
+    /// The moment `nanoseconds` after the clock's zero. `i64::MIN` is not a valid time and is replaced by `i64::MIN +
+    /// 1`.
     #[must_use]
     #[inline]
     pub const fn from_nanoseconds(nanoseconds: i64) -> Self {
@@ -50,7 +51,7 @@ impl Time {
     pub const fn from_seconds(seconds: f64) -> Self {
         let nanoseconds = seconds * 1e9;
         let whole = nanoseconds as i64;
-        // Exact: a number with a fractional part has fewer than 53 bits before it.
+        // The difference is exact, because a number with a fractional part has fewer than 53 bits before the point.
         let rest = nanoseconds - whole as f64;
         Self::from_nanoseconds(if rest >= 0.5 {
             whole.saturating_add(1)
@@ -77,7 +78,7 @@ impl Time {
         (self.0.get() ^ SIGN) as i64
     }
 
-    /// Seconds since the clock's zero, correctly rounded within ±104 days of it: 15 s are 15.0.
+    /// Seconds since the clock's zero, correctly rounded within ±104 days of the zero: 15 s gives 15.0.
     #[must_use]
     pub fn seconds(self) -> f64 {
         f64::of_nanoseconds(self.nanoseconds())

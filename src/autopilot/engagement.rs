@@ -2,8 +2,8 @@
 
 /// State of the autopilot's engagement by the pilot's switch.
 ///
-/// If the pilot closes the switch while a check fails, the autopilot does not engage until the switch has been opened
-/// and closed again. The autopilot therefore takes over only at the moment at which the pilot closes the switch.
+/// If the pilot closes the switch while a check fails, the autopilot does not engage. The pilot must then open and
+/// close the switch again. The autopilot therefore takes over only at the moment at which the pilot closes the switch.
 ///
 /// ```
 /// use hovernav::autopilot::{Engagement, EngagementChange};

@@ -27,8 +27,8 @@ pub struct ExcitationLimits {
     pub rate_radps: f64,
     /// Largest deviation from the velocity that guidance commands, m/s.
     pub speed_mps: f64,
-    /// Largest rate of the stick, full travels a second. The input rises and falls at most at this rate, and ends when
-    /// the stick has returned.
+    /// Largest rate of the stick, 1/s; the travel from neutral to a stop is 1. The input rises and falls at most at
+    /// this rate, and ends when the stick has returned.
     pub stick_rate_per_s: f64,
 }
 
@@ -52,7 +52,7 @@ pub enum ExcitationAbort {
     Tilt,
     /// An angular rate beyond the limit.
     Rate,
-    /// Velocity further from the commanded one than the limit.
+    /// The difference between velocity and commanded velocity is beyond the limit.
     Speed,
 }
 

@@ -16,7 +16,7 @@ const REACHED: f64 = 1e-9;
 /// Largest rate of change of the commanded acceleration, m/s³: at 33 Hz, 0.7° of tilt a sample.
 const HARDEST_JERK_MPS3: f64 = 4.0;
 
-/// Fraction of the largest horizontal acceleration that a turn at speed may take.
+/// Largest acceleration of a turn at speed, as a fraction of the largest horizontal acceleration.
 const TURNING: f64 = 0.8;
 
 /// A set-point of the autopilot.
@@ -39,8 +39,8 @@ pub enum SetPoint {
         right_mps: f64,
         /// Velocity downwards, m/s.
         down_mps: f64,
-        /// Turn rate, rad/s, positive to the right. In flight it is limited by the acceleration that the turn of the
-        /// velocity takes.
+        /// Turn rate, rad/s, positive to the right. The velocity turns with the heading, so the limit of horizontal
+        /// acceleration also limits the turn rate.
         yaw_rate_radps: f64,
     },
 }
@@ -333,7 +333,8 @@ impl<T: Scalar> Guidance<T> {
         let fastest = self.config.yaw_rate_radps;
         let reference = &mut self.reference;
         if let SetPoint::Velocity { yaw_rate_radps, .. } = self.set_point {
-            // The velocity turns with the heading. A faster turn than its acceleration permits would leave it behind.
+            // The velocity turns with the heading. The turn rate is limited so that this turn of the velocity takes at
+            // most [`TURNING`] of the largest horizontal acceleration.
             let [north, east, _] = reference.velocity_mps.to_array();
             let speed = (north * north + east * east).sqrt();
             let turning = T::of(TURNING) * self.config.acceleration_mps2;

@@ -180,8 +180,9 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.guidance.accept(set_point)
     }
 
-    /// Adds a test input to the sticks from the next step on, within range but at any rate. It ends when it is
-    /// complete, when one of its limits is exceeded, or when the autopilot does not hold velocity.
+    /// Adds a test input to the sticks from the next step on. The sticks stay within range, but their rate limits do
+    /// not apply; only the test input's own limits do. It ends when it is complete, when one of its limits is exceeded,
+    /// or when the autopilot does not hold velocity.
     ///
     /// # Errors
     /// [`ExcitationError`] if the autopilot does not hold velocity, another test input is active, or a number is out of
@@ -324,8 +325,8 @@ impl<T: Scalar> HoverAutopilot<T> {
         if self.learned.is_plausible() {
             self.trim = self.learned;
         }
-        // Collective and pedal keep the values of the present flight; cyclic takes the learned trim, which follows the
-        // wind.
+        // Collective and pedal keep their trim between loops, and take their current position as trim after `Manual`.
+        // Cyclic takes the learned trim, which follows the wind.
         let runs_on = !matches!(from, Mode::Manual | Mode::Neutral);
         if runs_on {
             (self.trim.sticks.collective, self.trim.sticks.pedal) =
@@ -437,8 +438,8 @@ impl<T: Scalar> HoverAutopilot<T> {
             } else {
                 T::ZERO
             };
-            // Sinking is positive w. The collective that causes it has the sign of the heave command for too small a
-            // w.
+            // Sinking is positive w. The heave loop commands collective with the sign of the proportional gain if w is
+            // too small. This collective causes sinking.
             return sinking.copysign(self.config.gains.heave.proportional);
         }
         let [.., [_, _, upright]] = flown.solution.body_to_ned.rows();
@@ -451,7 +452,8 @@ impl<T: Scalar> HoverAutopilot<T> {
         self.heave.command(wanted, w)
     }
 
-    /// Ends the sample of the loops with the applied commands, less the fading difference between modes.
+    /// Advances the loops to the next sample. Their applied commands are the sticks without the fading difference
+    /// between modes.
     fn advance(&mut self) {
         if matches!(self.mode(), Mode::Manual | Mode::Neutral) {
             return;
@@ -499,8 +501,8 @@ const GENTLE_PER_S: f64 = 0.9;
 const GENTLE_S: f64 = 1.0;
 /// Remaining difference of commands, full sticks, below which a transition is complete.
 const FADED: f64 = 1e-9;
-/// Difference between the sticks of autopilot and pilot above which the autopilot hands back without a limit on the
-/// stick rate.
+/// Difference between the sticks of autopilot and pilot, full sticks. Above it the autopilot hands the sticks back
+/// without a limit on the stick rate.
 const FAR_APART: f64 = 0.5;
 
 /// Value of `fading` one sample later, while the pilot has the sticks.

@@ -143,7 +143,7 @@ mod tests {
             fade_s: 2.0,
         };
         assert!(sweep.at(0.0) == 0.0 && sweep.at(59.999).abs() < 0.01 && sweep.at(60.0) == 0.0);
-        // Zero crossings of the last ten seconds before the fade, two a period.
+        // Zero crossings of the last eight seconds before the fade, two a period.
         let at = |sample: i32| sweep.at(50.0 + 1e-3 * f64::from(sample));
         let crossings = (1..8000).filter(|&sample| at(sample - 1) * at(sample) < 0.0).count();
         let mean_hz = crossings as f64 / 16.0;

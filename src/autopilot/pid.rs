@@ -3,8 +3,8 @@
 use super::check::{ConfigError, finite, within};
 use crate::scalar::Scalar;
 
-/// Gains of a [`Pid`]. Each gain has the unit of the command divided by the unit of the error, combined with s as its
-/// name states.
+/// Gains of a [`Pid`]. The unit of `proportional` is the unit of the command divided by the unit of the error. The unit
+/// of the other gains has the additional factor s or 1/s in the field's name.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -133,7 +133,7 @@ impl<T: Scalar> Pid<T> {
         self.wanted
     }
 
-    /// Ends the sample. `applied` is the command after its limits.
+    /// Updates the integral at the end of the sample. `applied` is the command after its limits.
     ///
     /// # Source
     /// Equation (C2) of docs/equations.md.
@@ -164,8 +164,8 @@ mod tests {
         tracking_time_s: 0.3,
     };
 
-    /// Response of the first-order plant y' = −y + u, with u constant over a sample, under the PID with a limited
-    /// command.
+    /// Response of the first-order plant y' = −y + u. The command u of the PID is limited to ±`limit`, and constant
+    /// over a sample.
     fn run(pid: &mut Pid, mut y: f64, set_point: impl Fn(f64) -> f64, limit: f64) -> Vec<f64> {
         (0..400)
             .map(|k| {

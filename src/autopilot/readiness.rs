@@ -40,7 +40,7 @@ pub enum Check {
     Pilot,
     /// Whether the servos receive their commands: 1 or 0.
     Servos,
-    /// Position as a fraction of the distance from the centre of the fence to its side or top; 0 without a fence.
+    /// Distance from the centre of the fence, as a fraction of the distance to its side or top; 0 without a fence.
     Fence,
     /// Greater one-sigma of the gyro bias about the roll and pitch axes, rad/s.
     GyroBias,
@@ -123,13 +123,13 @@ pub struct ReadinessLimits {
     pub stick: f64,
     /// Difference of the loop's period from the design period of the gains, as a fraction of the design period.
     pub period: f64,
-    /// One-sigma of the gyro bias about the roll and pitch axes, rad/s. A bias b tilts the vertical, and over a time t
-    /// without GPS adds a position error of g b t³ / 6 (Titterton and Weston 2004, section 12.3): 3.3 m in 15 s.
+    /// One-sigma of the gyro bias about the roll and pitch axes, rad/s. A bias b tilts the vertical. Without GPS the
+    /// position error after a time t is g b t³ / 6: 3.3 m after 15 s (Titterton and Weston 2004, section 12.3).
     pub gyro_bias_sigma_radps: f64,
 }
 
 impl Default for ReadinessLimits {
-    /// Limits in a hover: half of the limits for continued flight.
+    /// Limits in a hover. The limits of one-sigmas are half of those for continued flight, except position: 5 m of 8 m.
     fn default() -> Self {
         Self {
             estimate_age_s: 0.1,
@@ -193,8 +193,8 @@ pub struct Observed<'a, T = f64> {
     pub pilot_signal: bool,
     /// Whether the servos receive their commands.
     pub servos: bool,
-    /// Position as a fraction of the distance from the centre to the fence, 1 at the fence; `None` without a fence or a
-    /// position.
+    /// Distance from the centre of the fence as a fraction of the distance to the fence, 1 at the fence. `None` without
+    /// a fence or a position.
     pub fence_share: Option<f64>,
 }
 
@@ -342,8 +342,8 @@ impl Readiness {
     }
 }
 
-/// Largest position, as a fraction of the distance to the fence, at which the autopilot may take over. Beyond the fence
-/// it would turn back at once, to a position that may be wrong.
+/// Largest distance from the centre of the fence at which the autopilot may take over, as a fraction of the distance to
+/// the fence. Outside the fence the autopilot would turn back at once, to a position that may be wrong.
 const AT_FENCE: f64 = 1.0;
 
 /// The larger of two numbers; NaN if one of them is NaN.

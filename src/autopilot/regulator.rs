@@ -35,11 +35,11 @@ pub struct RegulatorGains<const Y: usize, const H: usize, const U: usize, T = f6
     /// Gain from the time integral of each measured state's error to the stick, per s; zero except for states that must
     /// have no steady error.
     pub integral_per_s: [[T; Y]; U],
-    /// Gain from each hidden state before a sample to each one after it, one row per hidden state after it.
+    /// Gain over one sample from each hidden state to each hidden state, one row per resulting hidden state.
     pub hidden_from_hidden: [[T; H]; H],
-    /// Gain from each measured state before a sample to each hidden state after it.
+    /// Gain over one sample from each measured state to each hidden state, one row per hidden state.
     pub hidden_from_measured: [[T; Y]; H],
-    /// Gain from each command that acted during a sample to each hidden state after it.
+    /// Gain over one sample from each command that acts during the sample to each hidden state.
     pub hidden_from_pending: [[T; U]; H],
     /// Anti-windup time constant, s, with which the integrals follow a limited command.
     pub tracking_time_s: T,
@@ -164,7 +164,8 @@ impl<const Y: usize, const H: usize, const U: usize, T: Scalar> Regulator<Y, H, 
         wanted
     }
 
-    /// Ends the sample. `applied` is the command after its limits.
+    /// Updates the hidden states, the pending command and the integrals at the end of the sample. `applied` is the
+    /// command after its limits.
     ///
     /// # Source
     /// Equation (C4) of docs/equations.md.

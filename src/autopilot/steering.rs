@@ -87,9 +87,9 @@ impl Steering {
         (self.neutral, self.moving) = (neutral, false);
     }
 
-    /// Set-point that the sticks `pilot` request now. While a stick is outside its dead band it is a velocity. When the
-    /// last stick is back it is [`SetPoint::Hold`], once; otherwise `None`. Loss of the pilot's signal counts as sticks
-    /// at neutral.
+    /// Set-point that the sticks `pilot` request now: a velocity while a stick is outside its dead band. When the last
+    /// stick returns into its dead band, the set-point is [`SetPoint::Hold`], once; after that it is `None`. Loss of
+    /// the pilot's signal counts as sticks at neutral.
     pub fn set_point(&mut self, pilot: Option<Sticks>) -> Option<SetPoint> {
         let pilot = pilot.filter(|sticks| sticks.is_finite()).unwrap_or(self.neutral);
         let asked = pilot

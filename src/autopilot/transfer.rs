@@ -11,8 +11,8 @@ use crate::scalar::Scalar;
     serde(default, deny_unknown_fields)
 )]
 pub struct TransferConfig<T = f64> {
-    /// Time constant, s, with which the difference between the last command of one mode and the first command of the
-    /// next fades out.
+    /// Time constant, s, with which the change of the command at a transition fades out: the last command of one mode
+    /// minus the first command of the next mode.
     pub fade_s: T,
     /// Time constant, s, with which the difference between autopilot and pilot fades out when the pilot takes over.
     pub hand_back_s: T,

@@ -1,8 +1,8 @@
 //! Sample times on the clock of the flight, computed from the inertial unit's timer.
 //!
 //! Packets arrive with the jitter of a serial line, a scheduler and perhaps a USB adapter. The timer in the packets is
-//! exact to 0.79 µs, but it wraps every 51.8 ms, has no zero, and its quartz has an unknown error. [`SampleClock`]
-//! takes the intervals from the timer, and only their long-term mean from the arrivals.
+//! exact to 0.79 µs. It wraps every 51.8 ms, has no zero, and its quartz has an unknown error. [`SampleClock`] takes
+//! the intervals from the timer, and only their long-term mean from the arrivals.
 
 use core::fmt;
 
@@ -38,7 +38,8 @@ const GATE_S: f64 = 5e-3;
 const LATE_IN_A_ROW: u32 = 16;
 
 /// Largest difference, s, between two latenesses that count as similar: a quarter of the timer's wrap. It is less than
-/// the 14 ms between packets, because the lateness of queued packets falls by 14 ms from packet to packet.
+/// the 14 ms between packets. The lateness of queued packets falls by 14 ms from packet to packet, so these latenesses
+/// are not similar.
 const ALIKE_S: f64 = 13e-3;
 
 /// Longest gap across which timer wraps are counted, s. Over 2 s, a tick error of 0.6 % causes an error of a quarter of
@@ -255,8 +256,8 @@ impl Line {
         Ok((late_s, Basis::Arrival))
     }
 
-    /// Number of whole timer wraps in a gap of about `gap_s`. Packets are late more often than early, so three quarters
-    /// of the ambiguity are on the late side.
+    /// Number of whole timer wraps in a gap of about `gap_s`. `gap_s` may be up to 3/4 of a wrap too long or 1/4 of a
+    /// wrap too short. The range is asymmetric because packets are late more often than early.
     ///
     /// # Source
     /// Equation (D3) of docs/equations.md.

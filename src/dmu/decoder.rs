@@ -6,8 +6,8 @@ use crate::buffer::move_to_front;
 /// Size of the buffer, bytes. Two packets must fit; a larger buffer only reduces the moves of bytes to its front.
 const CAPACITY: usize = 512;
 
-/// Largest change of the temperature word between packets of one stream, counts; 1.7 °C. If the line loses or gains a
-/// byte before this word, another byte becomes its high half, which changes the word by more.
+/// Largest change of the temperature word between packets of one stream, counts; 1.7 °C. After a byte lost or gained
+/// before this word, its high half is another byte. The word then changes by more than this limit.
 const TEMPERATURE_STEP: u16 = 32;
 
 /// A packet found in the stream.
@@ -22,9 +22,10 @@ pub struct Received {
     pub sequence: u64,
 }
 
-/// Counts of all bytes that the decoder received, by outcome.
+/// Counts of packets, of skipped bytes and of events.
 ///
-/// The sum of all bytes is the length of the stream, minus the bytes of an incomplete packet.
+/// The bytes of the packets, the skipped bytes and the discarded bytes add up to the length of the stream. The bytes of
+/// an incomplete packet are not counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PacketCounts {
     /// Packets delivered.

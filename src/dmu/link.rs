@@ -15,8 +15,8 @@ pub enum Flow {
     Continuous,
     /// The host requests one packet in every cycle.
     Polled {
-        /// Time between requests, s. It is limited to the range from 1/70 s, the inertial unit's shortest cycle, to
-        /// 0.05 s, within which its timer is unambiguous.
+        /// Time between requests, s, limited to 1/70 s to 0.05 s. The lower limit is the inertial unit's shortest
+        /// cycle. Above the upper limit the inertial unit's timer could wrap unnoticed.
         cycle_s: f64,
     },
 }

@@ -178,7 +178,8 @@ struct Jumps {
 }
 
 impl Jumps {
-    /// The fault of a packet with these rates and accelerations whose jump is rejected; `None` for an accepted packet.
+    /// Checks the rates and accelerations of a packet for a jump. Returns the fault of a rejected packet, `None` for an
+    /// accepted packet.
     fn check(&mut self, words: [[i16; 3]; 2]) -> Option<PlausibilityFault> {
         let before = self.accepted.filter(|_| self.wait == 0);
         self.wait = self.wait.saturating_sub(1);

@@ -25,8 +25,7 @@ pub(super) struct AntennaOffset {
 
 /// One-sigma of the antenna's offset before the first turn, m.
 const SIGMA_M: f32 = 1.0;
-/// Smallest offset to be estimated, m. A turn counts only if this offset causes more velocity than a time error of
-/// [`LATE_S`].
+/// Offset, m, that decides whether a turn counts. It must cause more velocity than a time error of [`LATE_S`].
 const LOOKED_FOR_M: f32 = 0.3;
 /// Minimum rate of a turn that is used, rad/s.
 const SLOWEST_RADPS: f32 = 0.1;
@@ -38,7 +37,8 @@ const ENOUGH: f32 = 4.0;
 const MOST: f32 = 10.0;
 /// Minimum offset, m, for the offset to be used: the error of a smaller offset would be as large as the offset.
 const LEAST_M: f32 = 0.25;
-/// Largest residual with the offset, in one-sigmas. A fix beyond it is an outlier and is ignored.
+/// Largest residual, in one-sigmas, after subtraction of the velocity caused by the offset. A fix beyond it is an
+/// outlier and is ignored.
 const OUTLIER: f32 = 5.0;
 /// Ratio of the offset's variance to its variance at the last report, below which the offset is reported again.
 const FALLEN: f32 = 0.25;
@@ -134,7 +134,8 @@ impl AntennaOffset {
     }
 }
 
-/// ln(1 + x): within 1 % up to x = 1 and larger beyond; the first Padé approximant.
+/// ln(1 + x) by its Padé approximant of orders 2 and 1. The error is at most 1 % up to x = 1; beyond, the result is too
+/// large.
 fn logarithm_of_one_and(x: f32) -> f32 {
     x * (6.0 + x) / (6.0 + 4.0 * x)
 }

@@ -14,9 +14,9 @@ pub(super) struct AttitudeWatch {
     last: [f32; 3],
     /// Slow mean of the difference, rad.
     mean: [f32; 3],
-    /// Slow mean of the deviation from that mean, rad: the effect of a drift.
+    /// Slow mean of the deviation from `mean`, rad: the effect of a drift.
     drift: [f32; 3],
-    /// Mean square of the difference less its mean and drift, in tilt and in heading, rad².
+    /// Mean square of the swing, in tilt and in heading, rad². The swing is the difference minus mean and drift.
     square: [f32; 2],
     /// Whether a previous difference exists.
     is_begun: bool,
@@ -95,7 +95,7 @@ const FALL_S: f32 = 5.0;
 const USUAL: f32 = 1.5;
 /// Correlation time, s, of the reference's error while the difference swings.
 const ALIKE_S: f32 = 1.0;
-/// Largest swing, rad (2.5°), of a reference that follows the vehicle's motion.
+/// Largest root mean square swing, rad (2.5°), of a reference that follows the vehicle's motion.
 const MOST_RAD: f32 = 0.044;
 
 #[cfg(test)]

@@ -59,7 +59,7 @@ impl Barometer {
 
     /// Feeds the innovation `innovation_m` of a reading, `interval_s` after the previous one. `explained`, m², is the
     /// variance from airspeed pressure and from motion unknown to the filter during that interval. Returns the variance
-    /// of the barometer's white error, m²: the observed scatter, at least the square of `noise_m`.
+    /// of the barometer's white error, m², as [`noise_variance`](Self::noise_variance) does.
     ///
     /// The filter's errors persist from one reading to the next. The part of a residual that is absent in the next
     /// residual is the barometer's white error.
@@ -81,7 +81,8 @@ impl Barometer {
         self.noise_variance(noise_m)
     }
 
-    /// Variance of the white error from the observed scatter, m²; at least the square of `noise_m`.
+    /// Variance of the white error from the observed scatter, m². It is between 1 and [`MOST`]² times the square of
+    /// `noise_m`.
     pub fn noise_variance(&self, noise_m: f64) -> f64 {
         let least = square(noise_m);
         f64::from(self.variance).max(least).min(square(MOST) * least)

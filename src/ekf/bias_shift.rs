@@ -3,12 +3,12 @@
 use super::square;
 
 /// One-sigma of the change of a gyro bias when a vehicle starts to move, rad/s. The assumed one-sigma of the bias
-/// applies if it is smaller. Vibration is rectified, and motors warm the inertial unit. The bias since power-on was
-/// measured during the rest.
+/// applies if it is smaller. The causes are rectified vibration, and motors that warm the inertial unit. A rest shows
+/// only the bias before this change.
 const SHAKEN_RADPS: f64 = 0.003;
 
-/// Change of gyro biases between rest and motion. Its variance is limited by the assumed variance of the biases and by
-/// the effect of vibration. A rest after a motion may show a smaller variance.
+/// Change of gyro biases between rest and motion. Its variance is at most the assumed variance of the biases, and at
+/// most the square of [`SHAKEN_RADPS`]. Bias changes found in earlier rests may reduce it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BiasShift {
     /// Variance, (rad/s)²; infinite before the first rest after a motion.
@@ -26,7 +26,8 @@ impl BiasShift {
         f64::from(self.learned).min(assumed).min(square(SHAKEN_RADPS))
     }
 
-    /// Learns from the largest square of the bias errors found in a rest.
+    /// Learns from a rest after a motion. `found` is the largest squared difference, (rad/s)², between measured and
+    /// estimated bias of an axis.
     pub fn learn(&mut self, found: f64) {
         let before = if self.learned.is_finite() { f64::from(self.learned) } else { found };
         self.learned = (before + NEWEST * (found - before)) as f32;

@@ -76,8 +76,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.covariance.open_to(ATTITUDE + 2, sigma_rad);
     }
 
-    /// Turns the heading by `turn_rad`, sets its one-sigma to `sigma_rad`, and raises the variances that depend on it.
-    /// The filter rejects the heading source until the source agrees again for some time.
+    /// Turns the heading by `turn_rad`, sets its one-sigma to `sigma_rad`, and resets the variances of roll, pitch and
+    /// velocity. The filter rejects each heading source until that source agrees again for some time.
     pub(super) fn turn_heading(&mut self, time: Time, turn_rad: f64, sigma_rad: f64) {
         let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad));
         self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn).renormalised();
@@ -138,18 +138,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace.turned(turn_rad.cast());
     }
 
-    /// Raises the variance of the biases that may have changed in a step, as `stepped` states. A step found from
-    /// accepted innovations is small: the tilt variance grows too. A step found from rejected innovations is large: the
-    /// error is traced back to the start of the step. Attitude and velocity then receive the error accumulated since
-    /// that start, with its correlation to the biases.
+    /// Raises the variance of the biases that may have changed in a step; `stepped` holds the evidence. A step found
+    /// from accepted innovations is small. If it is horizontal, the tilt variance grows too. A step found from rejected
+    /// innovations is large and lies in the past. Attitude and velocity then receive the error accumulated since the
+    /// step, with its correlation to the biases.
     ///
     /// # Source
     /// Equation (K19) of docs/equations.md.
     #[inline(never)]
     pub(super) fn open_biases(&mut self, stepped: Stepped, trace: &mut impl Trace<T, N>) {
         let imu = &self.config.imu;
-        // A horizontal step within the gate may come from a gyro or an accelerometer. Each bias variance grows by the
-        // square of its usual one-sigma.
+        // Factors on the usual one-sigmas of the biases. A horizontal step within the gate may come from a gyro or an
+        // accelerometer.
         let (gyro, accel) = match stepped {
             Stepped { far: true, .. } => (STEPPED_FAR_GYRO, STEPPED_ACCEL),
             Stepped { level: true, .. } => (1.0, 1.0),

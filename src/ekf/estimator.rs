@@ -249,8 +249,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// The filter, for a measurement of the heading. An error while the heading is unknown, unless the measurement can
-    /// end a repeated search.
+    /// The filter, for a measurement of the heading. Returns an error while the heading is unknown. A repeated search
+    /// is an exception: the measurement can end it, unless roll and pitch were lost too.
     fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
         let can_end_search = self.is_searching_again() && self.level != Level::Lost;
         if self.phase == Phase::Navigating || can_end_search {
@@ -368,8 +368,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 
     /// Whether a fix repeats position and velocity of the previous one bit for bit during motion. Motion means that the
-    /// fix's velocity is not zero, or that the filter moves faster than its own error allows. A receiver at rest may
-    /// repeat itself.
+    /// horizontal velocity of the fix exceeds [`REPEATED_MPS`], or the filter's speed exceeds it by three one-sigmas. A
+    /// receiver at rest may repeat itself.
     fn repeats(&mut self, fix: &Fix) -> bool {
         let said = signature(fix);
         if core::mem::replace(&mut self.last_signature, said) != said {

@@ -53,7 +53,7 @@ pub(super) struct Stepped {
 pub(super) struct Growth {
     /// Growth rate, m/s².
     pub rate_mps2: f64,
-    /// Time, s, for which the remaining error has grown; zero right after a reset to the fix.
+    /// Time, s, in which the present velocity error arose at this rate; zero right after a reset to the fix.
     pub left_s: f64,
 }
 

@@ -26,8 +26,7 @@ pub(super) struct FieldWatch {
     elsewhere_s: f32,
     /// One-sigma of the heading error due to the field's difference from the usual field, rad.
     pub heading_sigma_rad: f32,
-    /// Difference of a single unusual reading from the usual field, as a fraction of the field strength; zero
-    /// otherwise.
+    /// Change by the last reading if it is the first unusual one, as a fraction of the field strength; zero otherwise.
     suspect: f32,
 }
 
@@ -128,9 +127,9 @@ impl FieldWatch {
         self.usual.level + self.usual.down.abs() > 0.0
     }
 
-    /// Feeds a field resolved with an attitude of this `uncertainty`. Returns a change that exceeds scatter and
-    /// attitude error, relative to the field at the last increase of the heading variance. Departure from the usual
-    /// field and return to it are also returned.
+    /// Feeds a field resolved with an attitude of this `uncertainty`. Returns a change from the field at the last
+    /// heading variance increase if it exceeds scatter and attitude error. Each event of a disturbance is returned too:
+    /// see [`Turn`].
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.

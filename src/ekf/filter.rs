@@ -108,7 +108,8 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// Additional one-sigma of the heading source's slow error, rad, according to the fixes.
     pub(super) extra_heading_sigma_rad: f32,
     pub(super) field_watch: FieldWatch,
-    /// Time of the last gap that may have hidden a turn; `None` after the next attitude measurement.
+    /// Time at which the attitude was lost: by a gap, a reset, suspect samples, or a disturbed first field. `None`
+    /// after the next attitude measurement or a found heading.
     pub(super) attitude_lost: Option<Time>,
     /// See [`Solution::heading_revision_rad`](super::Solution::heading_revision_rad).
     pub(super) heading_revision: HeadingRevision<T>,
@@ -262,9 +263,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v].map(|m| m as f32));
     }
 
-    /// Sets the one-sigmas of three slow errors, from state `first` on, to the fraction `share` of `sigma`, at most
-    /// 0.99. If `from_fix`, correlates each with the state, from `of` on, that the fix has set. Returns the one-sigmas
-    /// of the slow errors.
+    /// Sets the one-sigmas of three slow errors, from state `first` on, to the fraction `share`, at most 0.99, of
+    /// `sigma`. If `from_fix`, correlates each with the error of the state that the fix has set. These states start at
+    /// index `of`. Returns the one-sigmas of the slow errors.
     fn open_block_of_start(
         &mut self,
         first: usize,
@@ -314,7 +315,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Advances the filter to the next sample of the inertial unit.
     ///
     /// # Errors
-    /// [`ImuFault`] gives the reason why a sample was rejected; such a sample changes nothing.
+    /// [`ImuFault`] gives the reason why a sample was rejected. Such a sample changes neither estimates nor covariance.
     pub fn predict(&mut self, sample: &ImuSample) -> Result<Prediction, ImuFault> {
         self.predict_traced(sample, &mut ())
     }

@@ -3,10 +3,10 @@
 //! A gate rejects a bad fix. A diverged filter rejects *every* fix, and drifts without end. The circumstances of the
 //! first rejections distinguish the two cases:
 //!
-//! - Positions agreed until one jumped away from the inertial path, and the velocity still agrees without bias. The
-//!   sensor is at fault, even after a gap or clipping of the inertial samples: neither a vehicle nor a filter moves
-//!   like that. Positions are rejected for [`GateConfig::fault_s`](super::GateConfig::fault_s). If the position was
-//!   unknown before its last series of fixes, they are rejected for at most the duration of that series.
+//! - Positions agreed until one jumped away from the inertial path, and the velocity still agrees without bias.
+//!   The sensor is at fault, even after a gap or clipping of the inertial samples: neither a vehicle nor a filter moves
+//!   like that. Positions are rejected for [`GateConfig::fault_s`](super::GateConfig::fault_s). The time is shorter if
+//!   fixes at the filter's position were fused for less time.
 //! - Fixes disagree after an absence, after a gap or clipping of the inertial samples, or after a series of large
 //!   innovations. The filter has diverged. It is reset to the measurement after
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s) and three rejected fixes.
@@ -19,18 +19,18 @@
 //!   lies within the gate.
 //! - A distance to the ground jumped: a roof, a tree or a false reading. It is rejected for
 //!   [`GateConfig::recovery_s`](super::GateConfig::recovery_s), then attributed to other ground, never to height.
-//! - A barometer disagrees with a height by a constant amount, while both agree about each change of height. The
-//!   barometer's level came from this receiver, and one of the two heights was wrong. The filter uses the height that
-//!   was reported for longer.
+//! - A barometer disagrees with a height by a constant amount, while both agree about each change of height.
+//!   The barometer's level came from earlier heights of this receiver. Either these or the present height are wrong.
+//!   The filter uses the height that was reported for longer.
 //! - In all other cases the fault is unknown, and the filter is reset to the measurement after
 //!   [`GateConfig::lockout_s`](super::GateConfig::lockout_s) of rejections. A height is not accepted while a barometer
 //!   disagrees with it. A heading is accepted only after two minutes without confirmation of the filter's own heading
 //!   by fixes or another sensor.
 //!
-//! A position may be accepted without other evidence. Then the previous position stays a second hypothesis for as long
-//! as it had been reported. The one-sigma of the solution reaches back to it, and three fixes that return to it are
-//! accepted. If positions drift away from the receiver's own velocity, too slowly for a gate, the one-sigma reaches
-//! back to the start of the drift.
+//! A position may be accepted without other evidence. Then the previous position stays a second hypothesis. It decays
+//! with the time for which it had been reported as time constant. The one-sigma of the solution reaches back to it, and
+//! three fixes that return to it are accepted. If positions drift away from the receiver's own velocity, too slowly for
+//! a gate, the one-sigma reaches back to the start of the drift.
 //!
 //! A reset to the measurement ("reopening") widens the covariance by the size of the innovation and keeps the
 //! correlations. Both hypotheses then lie within it. Then the fix is fused. The report is always
@@ -110,7 +110,8 @@ pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
     /// End of the time in which the filter is suspect because of a gap or clipping of the inertial samples.
     suspect_until: Time,
-    /// End of the time in which a reset to a measured velocity makes the filter suspect.
+    /// End of the time in which the filter's velocity counts as diverged: after a reset to a velocity, or to a position
+    /// without velocity.
     diverged_until: Time,
     /// End of the time in which a found or replaced heading is unconfirmed.
     unconfirmed_until: Time,
@@ -143,12 +144,12 @@ struct Gate {
     /// Distance, m, to the previous position, which may still be right, after a position was accepted without other
     /// evidence. Zero without such an ambiguity.
     ambiguity_m: f32,
-    /// Time of fused fixes, s, over which the ambiguity decays. It is the time for which the previous position was
+    /// Time constant, s, with which fused fixes reduce the ambiguity: the time for which the previous position was
     /// reported.
     ambiguity_s: u8,
     /// Number of successive rejections; zero while the gate is open.
     rejections: u8,
-    /// Whether a divergence of the filter explains the present rejections.
+    /// Whether the present rejections count as errors of a diverged filter.
     filter_has_diverged: bool,
 }
 
@@ -206,14 +207,14 @@ const UNBIASED_SIGMAS: f32 = 0.75;
 /// Largest position innovation with a correct filter velocity, m, right after an accepted fix. A larger innovation is a
 /// jump.
 const JUMP_M: f64 = 5.0;
-/// Growth of that innovation, m/s, with the time since the last accepted fix.
+/// Growth rate of the limit [`JUMP_M`], m/s, with the time since the last accepted fix.
 const JUMP_MPS: f64 = 10.0;
 /// Time of rejections, s, after which a heading is accepted.
 const HEADING_S: f64 = 120.0;
 /// Longest time, s, until a height with a constant offset from a barometer is accepted. It is shorter if the previous
 /// height was fused for less time.
 const LEVEL_S: f64 = 120.0;
-/// Longest decay time of an ambiguity of position, s.
+/// Largest time constant of the decay of a position ambiguity, s.
 const AMBIGUITY_MOST_S: f32 = position_drift::MOST_MEMORY_S;
 /// Minimum ambiguity, m; a smaller one is set to zero.
 const AMBIGUITY_LEAST_M: f32 = 0.1;
@@ -277,14 +278,14 @@ impl Gates {
         self.suspect_until - time > SUSPECT_TIME_S
     }
 
-    /// Whether the filter was recently reset to a measured velocity. After such a reset, innovations keep one sign for
-    /// some seconds.
+    /// Whether the filter's velocity was recently reset, or has probably diverged. After such a reset, innovations keep
+    /// one sign for some seconds.
     pub fn were_reopened(&self, time: Time) -> bool {
         time < self.diverged_until
     }
 
-    /// Whether the fixes, or the other kind of measured heading, confirm the filter's heading against a measured
-    /// heading of `group`.
+    /// Whether other evidence confirms the filter's heading when a heading of `group` is rejected. The evidence is the
+    /// fixes or the other source: own attitude and magnetometer, or two antennas.
     fn is_heading_confirmed(&self, group: Group, time: Time) -> bool {
         let other = match group {
             Group::Heading => Group::BaselineHeading,
@@ -325,8 +326,8 @@ impl Gates {
         self.gates.get(group as usize).unwrap_or(&Gate::NONE)
     }
 
-    /// Whether a group is open and its innovations are unbiased. A barometer that agrees with the filter contradicts a
-    /// receiver that disagrees about the height.
+    /// Whether a group is open and its innovations are unbiased. For the barometer, the last reading must also agree
+    /// with the filter's height.
     // Not inlined: its copies would take 1.4 kB of a microcontroller's program.
     #[inline(never)]
     pub fn agrees(&self, group: Group, time: Time) -> bool {
@@ -392,8 +393,8 @@ impl Gates {
         [level_m.max(self.drift.drifted_m()), vertical_m]
     }
 
-    /// Notes a rejected position, `off_m` from that of the filter. While no fix has confirmed the position of the start,
-    /// both may be right.
+    /// Notes a rejected position, `off_m` from that of the filter. Before the first accepted fix, the start position or
+    /// the fix may be right. The difference is then stored as an ambiguity.
     pub fn doubt_start(&mut self, group: Group, off_m: f64) {
         let is_position = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
         let Some(gate) = self.gates.get_mut(group as usize) else { return };

@@ -83,5 +83,5 @@ const STUCK_S: f64 = 1.0;
 const TURNED_RAD: f64 = 0.02;
 /// Smallest path, m, that counts as such a motion.
 const MOVED_M: f64 = 0.3;
-/// Speed, m/s, that adds nothing to that path.
+/// Speed, m/s, that is subtracted before the path is summed, so that a vehicle at rest has no path.
 const STANDING_MPS: f64 = 0.3;

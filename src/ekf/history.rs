@@ -20,8 +20,8 @@ const ENTRY_S: f64 = 0.0101;
 /// Guaranteed reach of the memory, s.
 const REACH_S: f64 = 0.5;
 
-/// Half-width of the window for the mean acceleration, ns: shorter than a vehicle's own motion. The mean must not lag:
-/// a lag would appear as an additional GPS delay.
+/// Half-width of the window for the mean acceleration, ns. It is short compared to a vehicle's manoeuvres. A mean that
+/// lags would appear as an additional GPS delay.
 pub(super) const ABOUT_NS: i64 = 60_000_000;
 
 /// Motion between two moments, corrected by the biases of the filter that recorded it.
@@ -166,8 +166,8 @@ impl<T: Scalar> History<T> {
         (0..CAPACITY).map_while(move |back| self.newest(back))
     }
 
-    /// Motion measured since `time`, in the axes to which `attitude` turns the body now. `None` if `time` is before the
-    /// oldest entry.
+    /// Motion measured since `time`, in the axes `To`. `attitude` is the present rotation from the body to these axes.
+    /// `None` if `time` is before the oldest entry.
     pub fn motion_since<To>(
         &self,
         time: Time,
@@ -233,7 +233,7 @@ impl<T: Scalar> History<T> {
             let left_s: T = back.state.time.seconds_since(time);
             let share = (left_s / entry.interval_s).min(T::ONE);
             travel_m += back.step(entry, share);
-            // An entry covered only in part counts fully, with the attitude at that point.
+            // An entry that `time` divides counts fully, with the attitude at `time`.
             if with_acceleration && back.state.time <= latest {
                 change.add(&back.state, entry);
             }

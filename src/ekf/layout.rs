@@ -136,9 +136,9 @@ impl Layout<28> for Full {
     const WHEELS: bool = true;
 }
 
-/// [`Full`] without the states of barometer and rangefinder, for vehicles with neither; it rejects their heights. All
-/// other results equal those of [`Full`] to the bit. It saves 2 % of the time of a sample, 6 % of a fix and 7 % of an
-/// attitude.
+/// [`Full`] without the states of barometer and rangefinder, for vehicles with neither; a filter with it rejects their
+/// readings. All other results equal those of [`Full`] to the bit. It saves 2 % of the time of a sample, 6 % of a fix
+/// and 7 % of an attitude.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WithoutHeightAids;
 

@@ -38,7 +38,7 @@ pub struct Learned {
     pub attitude_swing: [f64; 2],
     /// Time of the last fused attitude or magnetic heading.
     pub attitude_used: Option<Time>,
-    /// Time of the last gap that may have hidden a turn; `None` after the next attitude measurement (K20).
+    /// Time at which the attitude was lost; `None` after the next attitude measurement or a found heading (K20).
     pub attitude_lost: Option<Time>,
     /// Level of the barometer, m, and the variance of its white error, m² (M18).
     pub baro: (f64, f64),

@@ -39,7 +39,7 @@ pub enum ResetCause {
     },
 }
 
-/// Reason why an inertial sample was rejected; it changed nothing.
+/// Reason why an inertial sample was rejected. The sample changed neither estimates nor covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ImuFault {

@@ -377,8 +377,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 }
 
-/// Interval, s, at which the parameters relax between measurements: a hundredth of the shortest correlation time. The
-/// delay then costs at most a hundredth of the parameters' wander.
+/// Interval, s, at which the parameters relax between measurements. It is short compared to their default correlation
+/// times of 15 s and more.
 const RELAXED_EVERY_S: f64 = 0.2;
 /// Correlation time of the fixes' delays, s. The delays are unobservable at rest, so their estimates decay over hours.
 const DELAY_TIME_S: f64 = 10_800.0;

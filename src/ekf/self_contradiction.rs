@@ -127,8 +127,8 @@ const LEAST_S: f64 = 0.8;
 const LONGEST_S: f64 = 2.5;
 /// Usual error of a velocity change, m/s, from vibration and a swinging antenna.
 const AGREEMENT_MPS: f64 = 1.0;
-/// Factor on the recent acceleration. A change of velocity up to this product is explained for any heading and any
-/// delay of the fixes.
+/// Factor on the recent acceleration times the interval. A velocity change up to this product is explained for any
+/// heading and any delay of the fixes.
 const EXPLAINS: f64 = 2.0;
 /// Time constant of the recent acceleration, s.
 const AGILE_S: f64 = 3.0;
@@ -145,13 +145,13 @@ const LEARNED_S: f32 = 10.0;
 /// Weight of an unusual change. Faulty fixes of one minute must not become usual, but a receiver that stays worse for
 /// two minutes must.
 const UNUSUAL: f32 = 0.25;
-/// Largest change that is learned, in multiples of the root mean square that belongs to its limit.
+/// Largest change that is learned, in units of its limit divided by [`LEARNED`]. Larger changes are clamped.
 const MOST_LEARNED: f64 = 2.0;
 /// Limit of a usual change, in multiples of the learned root mean square.
 const LEARNED: f64 = 5.0;
 /// Limit of a usual change, in one-sigmas of a fix: five one-sigmas of the difference of two fixes.
 const SIGMAS: f64 = 5.0 * core::f64::consts::SQRT_2;
-/// Time, s, after a velocity jump during which fixes do not reset the filter, unless the velocity returns.
+/// Time, s, after a velocity jump in which fixes do not reset the filter. It ends early if the velocity returns.
 const JUMPED_S: f64 = 15.0;
 /// Number of contradictions from which fixes are rejected, even if a fix agrees with the filter by chance. Usual fixes
 /// must withdraw all contradictions before fixes are used again.

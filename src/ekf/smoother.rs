@@ -13,10 +13,10 @@
 //! still zero, do no harm.
 //!
 //! A correction of the state needs no record. It moves the estimate but not the error's statistics: λ gives the error
-//! of each estimate *at its own time*. A rejected axis has no effect. A raised variance is recorded as a propagation,
-//! with the identity as transition and the added variance as process noise. A reset of variances, which removes their
-//! correlations too, is recorded as a reset. Later data contain no information about the previous values of these
-//! states. So their rows of λ and Λ become zero.
+//! of each estimate *at its own time*. A rejected axis has no effect. A raised variance acts as a propagation with the
+//! identity as transition and the added variance as process noise. It changes neither λ nor Λ. A reset of variances,
+//! which removes their correlations too, is recorded as a reset. Later data contain no information about the previous
+//! values of these states. So their rows of λ and Λ become zero.
 //!
 //! The smoother is as linear as the filter: it uses the transitions and sensitivities of the forward run.
 //!
@@ -180,9 +180,9 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
         self.smooth_before(&mut Adjoint::default())
     }
 
-    /// [`smooth`](Self::smooth) for a part of a log. `adjoint` holds the information from the log after the part. On
-    /// return it holds the information from the beginning of the part on. So a long log is smoothed part by part, from
-    /// the last to the first, with bitwise identical results.
+    /// [`smooth`](Self::smooth) for a part of a log. Before the call, `adjoint` holds the information from the log
+    /// after the part. On return it also includes the information from the part. So a long log is smoothed part by
+    /// part, from the last to the first, with bitwise identical results.
     #[must_use]
     pub fn smooth_before(mut self, adjoint: &mut Adjoint<N>) -> Vec<Solution> {
         let mut solutions = Vec::with_capacity(self.samples.len());
@@ -249,7 +249,7 @@ impl<const N: usize> Adjoint<N> {
         let half_done = self.information;
         self.information = core::array::from_fn(|i| core::array::from_fn(|j| half_done[j][i]));
         pull_back::<L, N, N>(step, &mut self.information);
-        // Otherwise rounding would make the halves differ over a long log.
+        // Otherwise rounding would make Λ asymmetric over a long log.
         mirror(&mut self.information);
     }
 
@@ -267,7 +267,8 @@ impl<const N: usize> Adjoint<N> {
         }
     }
 
-    /// With a = Λ k the new Λ is Λ − h aᵀ − a hᵀ + (kᵀa + 1/s) h hᵀ, where h has few terms.
+    /// Carries the adjoint back through a scalar update. With a = Λ k the new Λ is Λ − h aᵀ − a hᵀ + (kᵀa + 1/s) h hᵀ,
+    /// where h has few terms.
     ///
     /// # Source
     /// Equation (B1) of docs/equations.md.

@@ -71,7 +71,7 @@ impl Solution {
     }
 }
 
-/// Number of one-sigmas of the velocity by which a moving vehicle exceeds a speed limit.
+/// Factor on the one-sigma of the velocity. The vehicle moves if its speed exceeds a limit by this product.
 const MOVES_SIGMAS: f64 = 3.0;
 
 impl<T: Scalar> Solution<T> {

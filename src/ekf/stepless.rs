@@ -7,8 +7,8 @@ use super::trace::Trace;
 use crate::frames::{Ned, Vector};
 use crate::time::Time;
 
-/// Largest velocity correction not yet released, m/s. A larger one means that the solution was replaced: it is applied
-/// at once. A replaced heading is released gradually, at any size of the turn.
+/// Largest held-back velocity correction, m/s. A larger one means that the solution was replaced: it is applied at
+/// once. A replaced heading is released gradually, at any size of the turn.
 const ANOTHER_MPS: f64 = 10.0;
 /// Largest position correction not yet released, m. A larger one means that the solution was replaced: it is applied at
 /// once.
@@ -42,7 +42,7 @@ pub struct SteplessSolution<T = f64> {
     /// Time of the previous solution.
     before: Option<Time>,
     attitude_rad: PendingCorrection<T>,
-    /// Pending correction of the heading, rad, released as a rotation about down in addition to the attitude.
+    /// Held-back part of [`Solution::heading_revision_rad`], rad, as the down component of a vector.
     heading_revision_rad: PendingCorrection<T>,
     /// Heading revision of the previous solution, rad.
     revised_rad: T,

@@ -24,8 +24,8 @@ const FOUND_TILT_RAD: f64 = 0.03;
 const HEADING_GIVEN_S: f64 = 10.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Fuses a fix while the heading is unknown. The fix corrects position and height, but not the errors of the
-    /// sensors.
+    /// Fuses a fix while the heading is unknown. The fix corrects position, height and the slow errors of position,
+    /// barometer and ground. It does not correct the other errors of the sensors.
     ///
     /// # Errors
     /// As [`update_gps`](Self::update_gps).
@@ -45,8 +45,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
         let learned = self.gps_learned;
         let result = self.fuse_gps(fix, report, trace);
-        // The errors of a velocity are learned only with a known heading. So are the errors of a position without a
-        // velocity.
+        // Two kinds of errors are learned only with a known heading: those of velocities, and those of positions from
+        // fixes without velocity.
         let [before, level, down] = learned;
         let [found, ..] = self.gps_learned;
         let has_velocity = fix.horizontal_velocity_mps.is_some();
@@ -120,7 +120,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
         }
         self.open_heading(motion.heading_sigma_rad);
-        // The search includes the slow errors of the fixes, so the position variance must not fall below them.
+        // The velocity of the search contains the slow velocity errors of the fixes. The variance of the position is at
+        // least that of its slow error.
         let [place, _, slow, _] = self.gps_wander.unwrap_or_default().map(f64::from);
         for axis in 0..2 {
             self.covariance.add_variance(VELOCITY + axis, square(slow));

@@ -18,9 +18,9 @@ pub enum VehicleKind {
     Multirotor,
     /// Aeroplane.
     FixedWing,
-    /// Vehicle on wheels. From 2.5 s after the last fix, the filter limits its velocity to the direction of the road,
-    /// from the first sample on. The fixes show the direction of travel in the inertial unit's axes. Until then it is
-    /// as uncertain as the mounting of the inertial unit. Only layouts with
+    /// Vehicle on wheels. From 2.5 s after the last fix on, the filter limits its velocity to the direction of the
+    /// road. No fixes have to show the wheels first. Fixes show the direction of travel in the inertial unit's axes.
+    /// Until then it is as uncertain as the mounting of the inertial unit. Only layouts with
     /// [`WHEELS`](crate::ekf::layout::Layout::WHEELS) have this constraint; in others the kind has no effect.
     Wheeled,
     /// Vessel on water.

@@ -49,8 +49,8 @@ pub(super) enum Across {
 pub(super) struct Line {
     /// Ratio of the velocity across to the forward velocity.
     pub slope: f32,
-    /// Lever arm, m: velocity across per angular rate. The rate is about the axis perpendicular to the forward axis and
-    /// to that velocity.
+    /// Lever arm, m: ratio of the velocity across to an angular rate. The axis of the rate is perpendicular to both the
+    /// forward axis and the velocity across.
     pub arm_m: f32,
     /// Variance of the residual, (m/s)², enlarged so that samples every [`INTERVAL_S`] count as white.
     pub variance: f32,
@@ -84,7 +84,7 @@ const SLOPE_SIGMA: f32 = 0.003;
 const PRIORS: [f32; CAUSES] = [0.1, 1.0, 0.01];
 /// Time constant of the specific force, s: springs and tyres do not follow faster changes.
 const FORCE_S: f32 = 0.3;
-/// Memory of the observations of the direction of travel, s.
+/// Time constant, s, with which observations of the direction of travel are forgotten.
 const MEMORY_S: f32 = 300.0;
 /// Memory of the residual, s.
 const LEFT_MEMORY_S: f32 = 60.0;
@@ -95,8 +95,8 @@ const ROLLS_MPS: f32 = 0.15;
 const ROLLS_S: f32 = 10.0;
 /// Minimum accumulated turn, rad, before the vehicle is found to roll on wheels.
 const HALF_A_TURN_RAD: f32 = core::f32::consts::PI;
-/// An aircraft banks into its turns; a vehicle on wheels rolls outwards. Threshold as a fraction of the coordinated
-/// bank.
+/// Threshold of the bank in turns, as a fraction of the coordinated bank. Above it the vehicle is an aircraft: a
+/// vehicle on wheels rolls outwards.
 const BANKS: f32 = 0.5;
 /// Growth of the slope's one-sigma outside the observed speeds, per m/s, from angle of attack or sideslip.
 const BEYOND: f32 = 0.005;
@@ -171,7 +171,7 @@ impl Track {
     }
 }
 
-/// Prior inverse variances of slope, arm and compliance.
+/// Inverse of the prior covariance of slope, arm and compliance.
 const PRIOR_INFORMATION: [[f32; CAUSES]; CAUSES] = {
     let [slope, arm_m, compliance] = PRIORS;
     [

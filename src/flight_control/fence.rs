@@ -49,8 +49,8 @@ impl<T: Scalar> FenceMonitor<T> {
         self.home = None;
     }
 
-    /// Position as a fraction of the distance from the centre to the side or to the top, whichever fraction is greater;
-    /// 1 at the fence. `None` without a fence.
+    /// Distance from the centre as a fraction of the distance to the fence: the greater of the fractions to the side
+    /// and to the top. 1 at the fence; `None` without a fence.
     pub fn share(&self, position: &Geodetic) -> Option<f64> {
         let (fence, local) = (self.fence?, self.local?);
         let [north, east, down] = local.displacement(&fence.centre, position).to_array();

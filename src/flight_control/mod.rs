@@ -162,8 +162,8 @@ impl<T: Scalar> FlightControl<T> {
         self.engagement.is_engaged()
     }
 
-    /// Whether the switch has no effect until it has been opened. Reasons are that it was closed at the start, that the
-    /// autopilot refused to engage or gave the sticks back, or that it bounces.
+    /// Whether the switch has no effect until it has been opened. The reasons: the switch was closed at the start, or
+    /// it bounces. Or the autopilot refused to engage or gave the sticks back.
     #[must_use]
     pub fn is_refused(&self) -> bool {
         self.engagement == Engagement::Refused
@@ -195,8 +195,8 @@ impl<T: Scalar> FlightControl<T> {
         self.saturated_s > 0.0
     }
 
-    /// Position as a fraction of the distance from the centre of the fence to its side or to its top, whichever
-    /// fraction is greater; 1 at the fence. `None` without a fence.
+    /// Distance from the centre of the fence as a fraction of the distance to the fence: the greater of the fractions
+    /// to the side and to the top. 1 at the fence; `None` without a fence.
     #[must_use]
     pub fn fence_share(&self, position: &Geodetic) -> Option<f64> {
         self.fence.share(position)
@@ -353,8 +353,9 @@ impl<T: Scalar> FlightControl<T> {
         switch_on
     }
 
-    /// Whether a change of mode causes a notice of its own. A change to `Manual` does not, because another notice
-    /// reports that the pilot flies. During a descent without a pilot only the change to `Neutral` does.
+    /// Whether a change of mode causes a notice of its own. A change to `Manual` does not, nor a change to `Neutral` if
+    /// the pilot takes over: another notice reports that the pilot flies. During a descent without a pilot only a
+    /// change to `Neutral` causes a notice.
     fn is_change(&self, transition: &Transition, pilot_takes_over: bool) -> bool {
         match transition.to {
             Mode::Manual => false,
@@ -470,7 +471,8 @@ impl<T: Scalar> FlightControl<T> {
         if flies {
             return (Some(sticks), mixed(sticks));
         }
-        // After an engagement the difference from the pilot's sticks fades out: see `hand_back_s`.
+        // After the autopilot hands back, the difference between its sticks and the pilot's fades out: see
+        // `hand_back_s`.
         if mode == Mode::Manual
             && let Some(own) = pilot
             && sticks.farthest_from(own) > 1e-9

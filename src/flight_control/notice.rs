@@ -46,7 +46,8 @@ pub enum ControlNotice {
     PilotSignalRestored,
     /// The pilot's signal did not return: the autopilot descends.
     DescentStarted,
-    /// The vehicle reached the fence: it returns to the centre, at its own height or the fence's.
+    /// The vehicle reached the fence: it returns to the centre, at its own height. This height is limited to the range
+    /// from the centre's height to 0.72 of the fence's height above it.
     FenceReached,
     /// The vehicle is well inside the fence again.
     InsideFenceAgain,

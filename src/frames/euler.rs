@@ -129,7 +129,7 @@ impl<T: Scalar> Rotation<Body, Ned, T> {
 
 /// Whether pitch is ±90°, where only the sum or difference of roll and yaw is defined.
 fn is_vertical<T: Scalar>(sin_pitch: T) -> bool {
-    sin_pitch.abs() > T::of(1.0 - 1e-12)
+    sin_pitch.abs() >= T::of(1.0 - 1e-12)
 }
 
 /// An angle wrapped into (−π, π]. NaN and infinities give NaN.

@@ -91,7 +91,8 @@ pub enum Failure {
         found_mps: f64,
         max_mps: f64,
     },
-    /// The position is farther from the last position than the vehicle can have travelled.
+    /// The distance from both the last good fix and the last fix exceeds what the vehicle can have travelled, by more
+    /// than the limit.
     Jump {
         found_m: f64,
         max_m: f64,
@@ -185,9 +186,9 @@ impl QualityCheck {
 
     /// All failed checks of `fix`. Call it for every fix, in the order of arrival.
     ///
-    /// A jump fails only if it exceeds its limit relative to the last good fix and also relative to the last fix of any
-    /// kind. Two consecutive fixes in agreement are therefore accepted, so that a wrong first fix does not cause the
-    /// rejection of all later fixes.
+    /// A jump fails only if it exceeds its limit relative to both the last good fix and the last fix of any kind. Two
+    /// consecutive fixes that agree are therefore accepted. A wrong first fix thus does not cause the rejection of all
+    /// later fixes.
     pub fn check(&mut self, fix: &ReceiverFix) -> Failures {
         let limits = &self.limits;
         let sigma = fix.position_sigma_m.map(|sigma| sigma.to_array());

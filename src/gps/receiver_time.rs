@@ -58,8 +58,8 @@ pub enum ReceiverTime {
 impl ReceiverTime {
     /// Seconds from `earlier` to `self`.
     ///
-    /// If one of the two lacks its week or date, they are assumed to be less than half a week or half a day apart.
-    /// `None` if one is GPS time and the other UTC.
+    /// If one of the times has no week, they are assumed to be less than half a week apart. If one has no date, they
+    /// are assumed to be less than half a day apart. `None` if one is GPS time and the other UTC.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Option<f64> {
         let (whole, part_ns, period_ns) = match (*self, *earlier) {

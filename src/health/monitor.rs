@@ -90,8 +90,8 @@ impl Agreement {
 /// * Frozen receiver: three fixes equal to the last bit, for 1.5 s. Position and velocity are not good:
 ///   [`Distrust::Frozen`].
 /// * Frozen inertial unit: five samples equal to the last bit, for 0.12 s. No quantity is good: [`Distrust::Frozen`].
-/// * Rejected fixes: three rejections over [`HealthLimits::disagreement_s`]. The rejected quantity is not good,
-///   [`Distrust::Disagreement`], until three fixes in a row are accepted.
+/// * Rejected fixes: three rejections, the first of them longer than [`HealthLimits::disagreement_s`] ago. The rejected
+///   quantity is not good, [`Distrust::Disagreement`], until three fixes in a row are accepted.
 /// * No accepted fix for [`HealthLimits::dead_reckoning_s`]: [`Health::dead_reckoning_since`] is set. The one-sigmas
 ///   limit the time for which position and velocity are good enough.
 ///

@@ -13,15 +13,16 @@ const BEFORE_S: f64 = 0.3;
 const DRIFT: f64 = AGILITY_MPS2 * AGILITY_MPS2;
 /// Variance of the estimated force before a shock, (m/s²)².
 const AT_EASE: f64 = DRIFT * BEFORE_S;
-/// Integration time, s, for detecting the start of a shock. Over this time the velocity variance of the vibration, as
-/// white noise, is compared with that of a held force.
+/// Integration time, s, for detecting the start of a shock. The vibration counts as white noise. Its variance in the
+/// integral over this time is compared with [`HELD_COST`].
 const WEIGHED_S: f64 = 0.3;
 /// Variance of the integral of a held force over that time, (m/s)². A shock begins when the vibration adds more than
 /// this.
 const HELD_COST: f64 =
     MOST_AGILITY_MPS2 * MOST_AGILITY_MPS2 * (BEFORE_S * WEIGHED_S + WEIGHED_S * WEIGHED_S / 3.0);
-/// Largest difference of a reading from the held force during clipping of a tone, in one-sigmas of the vibration.
-/// Larger differences are clamped. The estimate is then nearly a median; one-sided clipping hardly shifts it.
+/// Limit of the difference between a reading and the estimated force while a tone is clipped, in one-sigmas of the
+/// vibration. Larger differences are clamped. The estimate is then nearly a median; one-sided clipping hardly shifts
+/// it.
 const FURTHEST_SIGMAS: f64 = 0.5;
 /// Fraction of shocks whose readings are true motion, as in a catapult launch.
 const PUSHES: f64 = 0.2;
@@ -30,8 +31,8 @@ const SHAKING_S: f64 = 0.05;
 /// Smallest decay factor of the strongest vibration per sample: a tone continues between its peaks.
 const LEAST_LEFT: f64 = 0.3;
 
-/// Tracks the specific force of one inertial unit with a short mean. In a shock, a Kalman filter instead weighs the
-/// vibration against the agility of a vehicle.
+/// Estimates the specific force of one inertial unit by a short mean. In a shock, a Kalman filter replaces the mean.
+/// Its measurement noise is the vibration, its process noise the agility of a vehicle.
 ///
 /// A tone of tens of m/s², sampled a few times per period and clipped, integrates to a velocity error of metres per
 /// second. The vehicle's own force hardly changes during that time.
@@ -135,8 +136,9 @@ impl<T: Scalar> HeldForce<T> {
         };
         let mut taken_back = Vector::ZERO;
         if !lasts {
-            // A shock shows only in its second or third reading. The two readings before are removed from the mean.
-            // Both are excluded fully in this interval, although they belong to earlier intervals.
+            // A shock is detected only at its second or third reading. The two readings before are therefore removed
+            // from the mean. Their excluded parts count fully in this interval, although the readings are from earlier
+            // intervals.
             let omitted = self.shock.omitted(interval_s);
             for reading in [first, second].into_iter().skip(omitted) {
                 let without = self.force_mps2 - reading * share;

@@ -228,9 +228,9 @@ impl<T: Scalar> Integrity<T> {
         self.repeated >= STUCK && vibrates()
     }
 
-    /// Whether a sample lies, in all six readings, on the straight line of the samples before, `interval_s` after the
-    /// last used one. The line must not be constant, and the readings must usually be noisy. A logger has interpolated
-    /// such a sample.
+    /// Whether a logger has interpolated the sample: [`STRAIGHT`] samples or more, over [`STRAIGHT_S`], lie on a
+    /// straight line in all six readings. `interval_s` is the time since the last used sample. The readings must change
+    /// along the line. The usual noise of an accelerometer must exceed [`LEAST_NOISE`].
     ///
     /// # Source
     /// Equation (S17) of docs/equations.md.

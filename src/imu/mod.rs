@@ -33,7 +33,8 @@ pub struct ImuSample {
     pub time: Time,
     /// Rates or increments.
     pub motion: Motion,
-    /// Attitude computed by the inertial unit, if any; yaw from the north named in its data description.
+    /// Attitude computed by the inertial unit, if any. The data description states whether its yaw is from true or from
+    /// magnetic north.
     pub attitude: Option<EulerAngles>,
     /// Magnetic field in body axes, gauss, if measured.
     pub magnetic_field_gauss: Option<Vector<Body>>,

@@ -1,6 +1,6 @@
 //! Notch filter at the speed of a rotor: removes its vibration from the samples, and reports the resulting delay.
 //!
-//! Each harmonic has a second-order section with gain zero at its frequency and one at zero frequency:
+//! Each harmonic has a second-order section with gain 0 at the harmonic's frequency and gain 1 at zero frequency:
 //!
 //! ```text
 //! H(z) = (1 − 2 c z⁻¹ + z⁻²) / ((1 + α) − 2 c z⁻¹ + (1 − α) z⁻²),   c = cos(2π f T), α = tan(π w T)
@@ -66,8 +66,9 @@ impl NotchConfig {
         self
     }
 
-    /// The first setting out of range: its name, its value and the expected range. Frequencies must be finite and not
-    /// negative, the width positive, and the number of harmonics at least one.
+    /// The first setting out of range: its name, its value and the expected range. Frequencies must be from 0 to less
+    /// than 10 000 Hz. The width must be more than 0 and less than 10 000 Hz. The number of harmonics must be 1 to
+    /// [`MOST_HARMONICS`].
     #[must_use]
     pub fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
         const FREQUENCY: &str = "0 to less than 10000 Hz";
@@ -284,7 +285,7 @@ impl Notch {
                 if used >= self.used
                     && let Some(outputs) = last
                 {
-                    // A newly used section has no history: it starts from the output of the last one.
+                    // A newly used section has no history: it starts from the outputs of the last section in use.
                     (section.inputs, section.outputs) = (outputs, outputs);
                 }
                 used += 1;
@@ -357,7 +358,7 @@ mod tests {
         let raw = |t: f64| slow(t) + 4.0 * (TAU * 23.0 * t).sin() + 2.0 * (TAU * 46.0 * t).cos();
         let config = NotchConfig { harmonics: 2, ..NotchConfig::at_hz(23.0) };
         assert!(error(config, 200.0, raw, slow) < 2e-3);
-        // Without the dating, the error would be 2π · 1.4 ms.
+        // If the output were not dated back by the delay, the error would be 2π · 1.4 ms.
         assert!(error(config, 200.0, raw, |t| slow(t - 1.4e-3)) > 5e-3);
     }
 

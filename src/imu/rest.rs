@@ -50,11 +50,13 @@ const STILLNESS_S: f32 = 60.0;
 const LARGEST_BIAS_RADPS: f32 = 0.05;
 /// Largest horizontal velocity of one fix at rest, m/s.
 const FIX_MPS: f32 = 0.5;
-/// Largest horizontal velocity of the mean of the fixes at rest, m/s.
+/// Largest horizontal velocity of the mean of the fixes at rest, m/s, for the shortest averaging time. It decreases
+/// with the square root of the averaging time.
 const FIX_MEAN_MPS: f32 = 0.15;
 /// Largest vertical velocity of one fix at rest, m/s.
 const FIX_DOWN_MPS: f32 = 1.0;
-/// Largest vertical velocity of the mean of the fixes at rest, m/s.
+/// Largest vertical velocity of the mean of the fixes at rest, m/s, for the shortest averaging time. It decreases with
+/// the square root of the averaging time.
 const FIX_MEAN_DOWN_MPS: f32 = 0.25;
 /// Averaging time of the mean of the fixes, s: the time for which the fixes have been slow, within this range. The
 /// receiver's error of the mean decreases with the square root of the averaging time.
@@ -261,7 +263,7 @@ impl Rest {
         self.moves_off
     }
 
-    /// Classifies a second by its means; `None` if it was not still.
+    /// Classifies a second by its means; `means` is `None` for a second that was not still.
     fn kind(&mut self, time: Time, means: Option<[f32; AXES]>) -> Kind {
         let before = core::mem::replace(&mut self.before, means);
         let field = self.field.take();
@@ -295,7 +297,7 @@ impl Rest {
 mod tests {
     use super::*;
 
-    /// Number of twenty seconds that count as rest, for this vibration, this turn rate and this speed of the fixes.
+    /// Number of seconds, of 20, that count as rest with this vibration, this turn rate and this speed of the fixes.
     fn rests(shake: f64, turn_radps: f64, fix_mps: Option<f64>) -> usize {
         let mut rest = Rest::NONE;
         let mut count = 0;
@@ -310,7 +312,8 @@ mod tests {
                 specific_force_mps2: Vector::new(0.1, sign, -9.8),
             };
             if let Some(rate) = rest.push(time, &rates, 0.02) {
-                // A sample of the vibration may lack its opposite.
+                // The vibration alternates in sign. In a second with an odd number of samples one of them is not
+                // cancelled.
                 assert!((rate - Vector::new(0.004, -0.002, turn_radps)).norm() < 2e-5);
                 count += 1;
             }
@@ -407,7 +410,7 @@ mod tests {
     #[test]
     fn a_turn_as_smooth_as_a_bias_is_no_rest_and_a_bias_that_warms_up_is_one() {
         assert!(rests_while(|s| 0.005 + 1.5e-5 * s, None, 0.0) >= 58);
-        // Boat at its mooring, mast that begins to pan, hoist.
+        // Motions that are not rest: a boat at its mooring, a mast that begins to pan, and a hoist.
         let swings = rests_while(|s| 0.015 * (0.025 * s).sin(), None, 0.0);
         let pans = rests_while(|s| 0.03 * (0.1 * s).min(1.0), None, 0.0);
         assert!(swings <= 15 && pans <= 2, "{swings} {pans}");

@@ -2,11 +2,11 @@
 
 use crate::scalar::Scalar;
 
-/// Running variance of the change from sample to sample, per axis.
+/// Running variance of the vibration, taken as white noise, per axis.
 ///
 /// Measured on the second difference of the samples, which is zero for constant values and constant rates of change.
-/// For white noise its variance is six times that of the noise. Vibration sampled at less than twice its frequency has
-/// the statistics of white noise.
+/// For white noise the variance of the second difference is six times that of the noise. Vibration sampled at less than
+/// twice its frequency has the statistics of white noise.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Vibration<T = f64> {
     variance: [T; 3],
@@ -26,7 +26,7 @@ impl<T: Scalar> Vibration<T> {
     /// Equation (S12) of docs/equations.md.
     pub fn push(&mut self, noise: [T; 3], interval_s: T) {
         self.seen_s = T::of(MEMORY_S).min(self.seen_s + interval_s);
-        // A plain mean until the memory is filled, then exponential forgetting.
+        // The variance is a plain mean until the memory is filled; after that it forgets old samples exponentially.
         let weight = (interval_s / self.seen_s).min(T::ONE);
         for (variance, noise) in self.variance.iter_mut().zip(noise) {
             *variance += weight * (noise - *variance);

@@ -183,8 +183,7 @@ pub struct Aligner {
     field_gauss: Option<Vector<Body>>,
     /// Time, value, rad, and one-sigma, rad, of the last two-antenna heading.
     antenna_heading: Option<(Time, f32, f32)>,
-    /// Time of the first fix in the present run of fixes without a height; [`NEVER`] if the last fix had a height. It
-    /// takes eight bytes less than an option.
+    /// Time of the first fix in the present run of fixes without a height; [`NEVER`] if the last fix had a height.
     heightless_since: Time,
 }
 
@@ -435,7 +434,8 @@ impl Aligner {
             return None;
         }
 
-        // The velocity becomes less accurate with the acceleration that may have continued or changed since the fix.
+        // A velocity component without a measurement gets a larger one-sigma. `aged` adds the effect of acceleration
+        // that may have continued or changed since the fix.
         let unknown = |known: bool, sigma: f64| if known { sigma } else { 5.0 + 2.0 * sigma };
         let velocity_sigma_mps = Vector::new(
             unknown(fix.horizontal_velocity_mps.is_some(), velocity_sigma[0]),

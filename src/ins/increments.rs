@@ -81,8 +81,8 @@ impl<T: Scalar> Integrator<T> {
     /// Rates count as linear between samples. Increments count as integrals of rates that are linear over this interval
     /// and the previous one.
     ///
-    /// Returns `None` for the first sample, and for a sample that is not finite or not later than the previous one.
-    /// Such a sample leaves the integrator unchanged.
+    /// Returns `None` for the first sample. Returns `None` also for a sample that is not finite or not later than the
+    /// previous one. Such a sample leaves the integrator unchanged; the first sample is stored.
     pub fn push(&mut self, sample: &ImuSample, errors: &ImuErrors<T>) -> Option<Increment<T>> {
         let motion = sample.motion.cast::<T>();
         if !motion.is_finite() {

@@ -73,7 +73,7 @@ impl<T: Scalar> LeverArm<T> {
 /// Angular acceleration as the least-squares slope of the last `W` angular rates.
 ///
 /// White rate noise of σ at interval Δt gives a slope noise of σ √(12 / (W (W² − 1))) / Δt. For the nine samples suited
-/// to 33 Hz that is 0.11 σ/Δt, against 1.41 σ/Δt for a difference of neighbours. The slope is valid for the middle of
+/// to 33 Hz that is 0.13 σ/Δt, against 1.41 σ/Δt for a difference of neighbours. The slope is valid for the middle of
 /// the window, (W − 1)/2 samples ago.
 #[derive(Clone, Copy, Debug)]
 pub struct AngularAcceleration<const W: usize> {

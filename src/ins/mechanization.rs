@@ -23,16 +23,16 @@ pub struct NavState<T = f64> {
 const TILT_MEMORY_S: f64 = 0.3;
 /// Correlation time of a controlled vehicle's turn rate about the vertical, s.
 const TURN_MEMORY_S: f64 = 1.0;
-/// Largest tilt of a state over a gap, rad. A faster rate is a movement about to stop, and a single sample of it may be
-/// vibration. A state tilted past the vertical would return upside down.
+/// Largest change of tilt over a gap, rad. A rate that would exceed this change is a movement about to stop, and a
+/// single sample of the rate may be vibration. A state tilted past the vertical would return upside down.
 const MOST_TILTED_RAD: f64 = 0.35;
-/// Largest turn of a state about the vertical over a gap, rad. A faster rate is a movement about to stop.
+/// Largest turn about the vertical over a gap, rad. A rate that would exceed this turn is a movement about to stop.
 const MOST_TURNED_RAD: f64 = 1.0;
 
 /// Upper limit of the speed, m/s: faster than any orbit.
 const FASTEST_MPS: f64 = 1e4;
 
-/// Intermediate results of one mechanization step, for the covariance and for looking back.
+/// Intermediate results of one mechanization step, for the propagation of the covariance and for the filter's history.
 #[derive(Clone, Copy, Debug)]
 pub struct Advance<T = f64> {
     /// Direction cosines of the attitude at the start, rows north, east, down.
@@ -110,8 +110,8 @@ impl<T: Scalar> NavState<T> {
     }
 
     /// Carries the state over a gap in the inertial samples that ends at `time`. The velocity stays constant. The
-    /// rotation continues at `angular_rate_radps` (relative to the NED axes) for the usual duration of a rate. For
-    /// a turn about the vertical this is at most a second; for a tilt, 0.3 s and 0.35 rad.
+    /// rotation continues at `angular_rate_radps` (relative to the NED axes) for the usual duration of a rate. A turn
+    /// about the vertical continues for at most 1 s and 1 rad. A tilt continues for at most 0.3 s and 0.35 rad.
     ///
     /// The motion during a gap is unknown, and the rates at its ends predict it worse than rest does. A rate or force
     /// held for seconds leads to large errors.

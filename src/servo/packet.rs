@@ -26,7 +26,7 @@ pub struct ServoPacket {
     pub sequence: u8,
     /// Width of each channel's last pulse in units of 0.5 µs, if a pulse ended since the previous packet.
     pub width_ticks: Channels<Option<u16>>,
-    /// Width of the last pulse on the sixth channel, aux, in units of 0.5 µs, if a pulse ended since the previous
+    /// Width of the last pulse on the sixth channel, aux, in units of 0.5 µs. `None` without a pulse since the previous
     /// packet. Aux is a switch and has no servo.
     pub aux_ticks: Option<u16>,
     /// Whether the receiver reports the loss of the transmitter.
@@ -135,8 +135,8 @@ pub struct Received {
 ///
 /// At every byte it checks the last eighteen bytes. A complete packet is found with its last byte, regardless of
 /// earlier bytes, and the work per byte is constant. Sync bytes and checksum have 32 bits. Noise therefore passes the
-/// check once in 4 × 10⁹ bytes, and a packet that lost or gained a byte once in 65 536. A packet with up to two wrong
-/// neighbouring bytes never passes.
+/// check once in 4 × 10⁹ bytes. A packet that lost or gained a byte passes once in 65 536 packets. A packet with up to
+/// two wrong neighbouring bytes never passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Decoder {
     /// The bytes since the last packet, the latest at the end.
@@ -291,7 +291,7 @@ mod tests {
             noise in prop::collection::vec(any::<u8>(), 0..40),
         ) {
             prop_assert_eq!(decode(&stream(&packets)), packets.clone());
-            // Noise can only cost the first packet, and only if its last byte equals a sync byte.
+            // Noise can only cost the first packet, and only if the last byte of the noise equals a sync byte.
             let found = decode(&[noise, stream(&packets)].concat());
             prop_assert!(is_part_of(&found, &packets) && found.len() + 1 >= packets.len());
         }

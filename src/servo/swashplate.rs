@@ -55,15 +55,16 @@ impl SwashplateKind {
 pub struct Swashplate {
     /// Arrangement of the servos.
     pub kind: SwashplateKind,
-    /// Angle by which the plate's tilt leads the control, from the nose to the right, °, within ±45.
+    /// Angle by which the direction of the plate's tilt leads that of the control, °, within ±45. Positive from the
+    /// nose to the right.
     pub phase_deg: f64,
-    /// Rise of the plate at full lateral stick, at the side that rises most, in stick fractions of a servo. From −1 to
-    /// 1, not 0.
+    /// Rise of the plate at full lateral stick, at the side that rises most, in stick fractions of a servo. Magnitude
+    /// 0.05 to 1, either sign.
     pub lateral: f64,
-    /// Rise of the plate at full longitudinal stick, at the side that rises most, in stick fractions of a servo. From
-    /// −1 to 1, not 0.
+    /// Rise of the plate at full longitudinal stick, at the side that rises most, in stick fractions of a servo.
+    /// Magnitude 0.05 to 1, either sign.
     pub longitudinal: f64,
-    /// Travel of all servos at full collective stick, in stick fractions of a servo. From −1 to 1, not 0.
+    /// Travel of all servos at full collective stick, in stick fractions of a servo. Magnitude 0.05 to 1, either sign.
     pub collective: f64,
     /// Lower limit of the collective stick, −1 to −0.05.
     pub lowest_collective: f64,
@@ -225,8 +226,8 @@ impl Swashplate {
     }
 
     /// The widths, ms, for the servos from the pilot's pulses: unchanged where no mixing is needed, otherwise mixed. A
-    /// width is NaN if its pulse is missing or not a number. If a mixed plate lacks one of its controls, the widths of
-    /// all three servos are NaN, because unmixed pulses would tilt the plate in any direction.
+    /// width is NaN if its pulse is missing or not a number. If the pulse of one mixed control is missing, the widths
+    /// of all three servos are NaN. Unmixed pulses would tilt the plate in any direction.
     #[must_use]
     pub fn passed_on_ms(
         &self,

@@ -46,8 +46,8 @@ impl SwitchConfig {
 
 /// A switch of the transmitter. It is on after its pulses have first meant off and then on.
 ///
-/// A switch may be on when the pulses begin, or when they return after a loss. The pilot did not close the switch at
-/// that moment, so it counts as off until the pilot has opened it.
+/// A switch may be on when the pulses begin, or when they return after a loss. It then counts as off until the pilot
+/// has opened it, because the pilot did not close it at that moment.
 ///
 /// ```
 /// use hovernav::servo::{Captured, Switch, SwitchConfig};

@@ -1,8 +1,8 @@
 //! Comparison of the turns of gravity in body axes with the gyros.
 //!
 //! In body axes gravity turns opposite to the gyros. If gravity hardly turns while the gyros report full circles, the
-//! angular rates are in °/s. In a flip the thrust of a rotor turns with the body, but no vehicle flips for a quarter of
-//! the time at constant thrust.
+//! angular rates are in °/s. In a flip the thrust of a rotor also turns with the body. But no vehicle flips for a
+//! quarter of the time at constant thrust.
 
 use super::fault::SetupFault;
 use crate::imu::MeanRates;
@@ -29,7 +29,8 @@ pub(super) struct GravityTurn {
     fast: f32,
     /// Sum over intervals with a fast turn of the squared turn that the gyros report, rad².
     by_gyros: f32,
-    /// Sum over intervals with a fast turn of the squared turn of the specific force in body axes, rad².
+    /// Sum over intervals with a fast turn of the squared change of the specific force in body axes, divided by its
+    /// magnitude. For a force of constant magnitude and a small turn it is the squared turn, rad².
     by_gravity: f32,
     /// Sum over intervals with a fast turn of the magnitude of the specific force, m/s².
     force: f32,

@@ -12,20 +12,22 @@ const LEAST_PARTS: f32 = 20.0;
 /// Number of comparison intervals after which the sums start again: 4 min. A single jump of position thus does not hide
 /// later motion.
 const MOST_PARTS: f32 = 60.0;
-/// Smallest independent velocity on a horizontal axis, m/s rms; half of it on the down axis.
+/// Smallest velocity on a horizontal axis, m/s rms, without its part that is proportional to the other axis. On the
+/// down axis the limit is half of it.
 const LEAST_MPS: f32 = 0.5;
-/// Smallest fraction of the horizontal displacements, squared, that the velocity must explain.
+/// Smallest fraction of the sum of squared horizontal displacement rates that the velocity must explain.
 const EXPLAINED: f32 = 0.8;
 /// Smallest number of comparison intervals for a result on the down axis. Heights scatter by metres, so more intervals
 /// must agree on the sign.
 const LEAST_DOWN_PARTS: f32 = 40.0;
-/// Smallest fraction of the vertical displacements, squared, that the down velocity must explain.
+/// Smallest fraction of the sum of squared vertical displacement rates that the down velocity must explain.
 const EXPLAINED_DOWN: f32 = 0.35;
 /// Ratios of displacement rate to velocity of a correct receiver.
 const SOUND: core::ops::Range<f32> = 0.6..1.6;
-/// Quotients of the ratios on both axes for which one wrong unit explains both.
+/// Range of the north ratio divided by the east ratio within which one wrong unit explains both.
 const ALIKE: core::ops::Range<f32> = 0.75..1.33;
-/// Largest fraction of the matrix that may be a rotation. A late velocity on a circle causes a rotation.
+/// Largest antisymmetric part of the matrix from velocity to displacement rate, as a fraction of its largest element. A
+/// late velocity on a circle causes such a part, a rotation.
 const TURNED: f32 = 0.25;
 
 /// Sums of products of velocity and displacement rate, north and east, (m/s)².
@@ -134,8 +136,8 @@ impl Part {
 impl Level {
     const NONE: Self = Self { count: 0.0, reported: [0.0; 3], both: [0.0; 4], moved: [0.0; 2] };
 
-    /// Adds a comparison interval to `sums`, and evaluates them. A certain result removes the sums: it is a fault, or
-    /// `None` for a correct velocity.
+    /// Adds a comparison interval to `sums`, and evaluates them. Returns a certain fault. A certain result, faulty or
+    /// correct, removes the sums.
     fn judge(sums: &mut Option<Self>, reported: [f32; 2], moved: [f32; 2]) -> Option<SetupFault> {
         let level = sums.as_mut()?;
         level.add(reported, moved);

@@ -43,7 +43,7 @@ const TEXT_BODY: usize = 12 + TEXT;
 const CHECKSUM: usize = 4;
 /// Overhead of a frame, bytes: checksum, one byte of the stuffing, and the zero.
 const OVERHEAD: usize = CHECKSUM + 2;
-/// Length of the longest frame without the zero, bytes. The stuffing adds one byte for up to 254.
+/// Length of the longest frame without the zero, bytes. The stuffing adds one byte for at most 253 bytes of content.
 const STUFFED: usize = LENGTH - 1;
 
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);

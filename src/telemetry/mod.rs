@@ -1,8 +1,8 @@
 //! Telemetry: the state of the flight, sent to the ground in every cycle.
 //!
-//! A [`Snapshot`] is the state at one moment. While the ground requests frames ([`Flow`]), the snapshot is sent as a
-//! [`frame`] of 145 bytes, 33 times a second on a modem of 57 600 baud. A [`Supplement`] reports flight control in
-//! detail at a lower rate, and a [`Text`] reports events.
+//! A [`Snapshot`] is the state at one moment. While the ground requests frames ([`Flow`]), each snapshot is sent as a
+//! [`frame`] of 145 bytes. A modem of 57 600 baud carries 33 frames a second. A [`Supplement`] reports flight control
+//! in detail at a lower rate, and a [`Text`] reports events.
 //!
 //! ```
 //! use hovernav::telemetry::{Flow, Snapshot, frame};

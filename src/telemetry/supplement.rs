@@ -26,8 +26,7 @@ pub struct ControlFlags {
     pub switch_on: bool,
     /// The autopilot flies.
     pub engaged: bool,
-    /// The switch is closed but the pilot flies, because the autopilot refused to engage or handed back. The switch
-    /// must be opened before it acts again.
+    /// The switch has no effect until it has been opened: see [`FlightControl::is_refused`].
     pub refused: bool,
     /// The pilot's signal is lost while the autopilot flies: the autopilot holds.
     pub pilot_lost: bool,
@@ -102,8 +101,8 @@ pub struct Supplement {
     pub gyro_bias_sigma_radps: Option<Vector<Body>>,
     /// One-sigma of the accelerometer bias, m/s².
     pub accel_bias_sigma_mps2: Option<Vector<Body>>,
-    /// Position as a fraction of the distance from the centre of the fence to its nearest side, 1 at the fence; `None`
-    /// without a fence or a position.
+    /// Distance from the centre of the fence as a fraction of the distance to the fence: the greater of the fractions
+    /// to the side and to the top. 1 at the fence; `None` without a fence or a position.
     pub fence_share: Option<f64>,
 }
 

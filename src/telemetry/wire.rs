@@ -8,8 +8,8 @@
 use crate::frames::Vector;
 use crate::time::Time;
 
-/// Removes the zeros of `bytes`, which are a zero and then at most 253 bytes of data. Each zero is replaced by the
-/// distance to the next zero, and the last zero by the distance to the end.
+/// Removes the zeros from `bytes`. Its content is one zero, then at most 253 bytes of data. Each zero is replaced by
+/// the distance to the next zero, and the last zero by the distance to the end.
 pub(super) fn stuff(bytes: &mut [u8]) {
     let mut distance = 1u8;
     for byte in bytes.iter_mut().rev() {

@@ -260,7 +260,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         covariance: &mut Covariance<T, N>,
         on_fused: &mut impl FnMut(usize, &Gain<T, N>, T),
     ) {
-        // In units of the innovations' one-sigmas, which avoids later divisions.
+        // These values are divided by the innovations' one-sigmas, so that the loop over the states needs no division.
         let mut shares = [[T::ZERO; K]; K];
         let (mut inverses, mut moves) = ([T::ZERO; K], [T::ZERO; K]);
         let Some(projected) = self.projected.first_chunk_mut::<K>() else { return };
@@ -277,7 +277,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
                 projected[index] = [T::ZERO; N];
             }
         }
-        // Each minus the part known from the earlier ones.
+        // Subtracts from each P Hᵀ the part that the earlier measurements explain.
         #[expect(
             clippy::needless_range_loop,
             reason = "by iterators nothing shows that it ends at N"

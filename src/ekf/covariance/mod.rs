@@ -1,8 +1,8 @@
 //! The covariance of the error state and the two kernels that change it.
 //!
 //! The whole matrix is stored, row-major. Rows are contiguous, so both kernels are sums of scaled rows, which the
-//! compiler vectorises. Entries left of the parameters' own block mirror the rows above it. A propagation step changes
-//! those rows and leaves the mirror stale; the next measurement, which is the next reader, renews it.
+//! compiler vectorises. In the rows of the parameters, the first nine columns mirror the upper triangle. A propagation
+//! step changes the upper triangle and leaves this mirror stale. The next measurement renews it.
 //!
 //! Propagation uses the blocks of the transition that are neither zero nor one. A scalar update is Bierman's stabilised
 //! form: it keeps the matrix positive where rounding makes the short form P − k vᵀ indefinite.
@@ -32,11 +32,11 @@ pub use update::Gain;
 use super::layout::{ACCEL_BIAS, BASE, GYRO_BIAS};
 use super::scalar::Scalar;
 
-/// Covariance of the error state, in units of the states; always exactly symmetric.
+/// Covariance of the error state, in units of the states. The entries that its methods return are exactly symmetric.
 #[derive(Clone, Copy, Debug)]
 pub struct Covariance<T, const N: usize> {
     rows: [[T; N]; N],
-    /// Whether the entries left of the parameters mirror those above them.
+    /// Whether the first nine columns of the parameters' rows mirror the upper triangle.
     mirrored: bool,
 }
 
@@ -131,7 +131,8 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// Mirrors the entries above the states from the first parameter up to `end`.
+    /// Copies the covariances of the parameters with the first nine states from the upper triangle to the parameters'
+    /// rows. It ends before state `end`.
     #[inline(always)]
     fn mirror_up_to(&mut self, end: usize) {
         let (rows, parameter_rows) = self.rows.split_at_mut(GYRO_BIAS);

@@ -25,7 +25,7 @@ pub struct Transition<T, const N: usize> {
     pub scaled_velocity: [[T; 3]; 3],
     /// Variance added to attitude over the step, NED, upper triangle by rows: nn, ne, nd, ee, ed, dd.
     pub attitude_noise: [T; 6],
-    /// Variance added to velocity over the step, like `attitude_noise`.
+    /// Variance added to velocity over the step, NED, upper triangle by rows, as in `attitude_noise`.
     pub velocity_noise: [T; 6],
     /// Variance added to position over the step, north, east, down.
     pub position_noise: [T; 3],
@@ -36,9 +36,9 @@ pub struct Transition<T, const N: usize> {
 /// Decay and noise of the parameters over time; they are Gauss–Markov processes or constants.
 #[derive(Clone, Copy, Debug)]
 pub struct Relaxation<T, const N: usize> {
-    /// Factor by which each state decays: one for the first nine, and for constants.
+    /// Factor by which each state decays. It is one for attitude, velocity and position, and for constants.
     pub decay: [T; N],
-    /// Variance added to each state; unused for the first nine.
+    /// Variance added to each state; unused for attitude, velocity and position.
     pub noise: [T; N],
 }
 
@@ -164,7 +164,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// P ← Φ P, column by column; nine rows change.
+    /// P ← Φ P, column by column. Only the rows of attitude, velocity and position change.
     #[inline(always)]
     fn move_rows<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);

@@ -23,7 +23,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        // This check comes before the sines of the angles, the longest computation for a sample that comes too soon.
+        // Checked first: a sample that comes too soon then needs no sines of its angles.
         if angles.is_finite() && !self.filter.is_attitude_due(time) {
             notify(Notice::NotUsed { time, aid: Aid::Attitude, reason: Unusable::TooSoon });
             return;
@@ -159,8 +159,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         notify(Notice::of_update(reading.time, Aid::SecondAntenna, result));
     }
 
-    /// After a measured heading: an accepted one ends a search that a gap had started. The heading monitor restarts if
-    /// the filter was reset to the heading.
+    /// Updates search and monitor after a measured heading. An accepted heading ends a search that a gap had started.
+    /// The monitor restarts if the filter was reset to the heading.
     fn note_heading(&mut self, report: &Report) {
         if self.phase == Phase::Searching && report.any_accepted() {
             self.filter.attitude_lost = None;

@@ -1,8 +1,8 @@
 //! The heading search. It finds a heading that is unknown at the start, or was lost in a gap of the samples, if only
 //! motion can show it.
 //!
-//! A filter linearised about a heading that is wrong by the turn of a few seconds becomes certain of a wrong heading.
-//! After such a gap the heading is searched again, about the last known one.
+//! A vehicle may turn far within a few seconds. A filter linearised about the heading before such a gap becomes certain
+//! of a wrong heading. After the gap a search about the last known heading starts.
 
 use super::super::heading_search::{HeadingMethod, HeadingSearch, HypothesisMotion};
 use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout};
@@ -77,7 +77,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.phase = Phase::Searching;
     }
 
-    /// After a fix: the filter follows the search, and navigates once the heading is found.
+    /// Lets the filter follow the search after a fix. Once the heading is found, the filter navigates.
     #[inline(never)]
     pub(super) fn follow_search(
         &mut self,
@@ -87,8 +87,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let Some(motion) = self.search.bank().and_then(HeadingSearch::motion) else { return };
         if motion.is_found {
             let time = self.filter.state.time;
-            // A heading from motion alone is unconfirmed. A heading from two antennas is corrected by their next
-            // readings.
+            // The heading comes from motion alone, so it counts as unconfirmed. A heading found with two antennas does
+            // not: their next readings correct it.
             self.filter.gates.start_unconfirmed_heading(time);
             self.accept_heading(&motion, (time, FOUND_SIGMA_RAD), trace, notify);
         } else {

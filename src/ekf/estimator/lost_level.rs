@@ -28,8 +28,8 @@ const SURE_RAD: f64 = 0.2;
 const SIGMAS: f64 = 3.0;
 /// Largest time difference, s, between a fix and the last sample for the two to describe the same motion.
 const FRESH_S: f64 = 0.5;
-/// Cosine of the largest angle (25°) between an axis and straight down at which a heading determines the rotation about
-/// this axis.
+/// Minimum cosine of the angle (25°) between an axis and straight down. Only about such a steep axis does a heading
+/// determine the rotation.
 const STEEP: f64 = 0.9;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
@@ -41,7 +41,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// After a fix: continues a check of roll and pitch, if one is running. If not, starts one when a velocity is
+    /// Continues a check of roll and pitch after a fix, if one is running. Otherwise starts one if a velocity is
     /// rejected soon after samples that hid the motion.
     pub(super) fn monitor_tilt(
         &mut self,

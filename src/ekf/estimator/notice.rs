@@ -42,8 +42,8 @@ pub enum Notice {
         /// One-sigma of the heading from now on, rad.
         sigma_rad: f64,
     },
-    /// The filter's heading differs from the heading by GPS by more than its one-sigma allows. The one-sigmas of the
-    /// filter's heading and of the heading sensor are enlarged.
+    /// The filter's heading differs from the heading that the fixes show by more than its one-sigma allows. The
+    /// one-sigmas of the filter's heading and of the heading sensor are enlarged.
     HeadingSuspect {
         /// Time of the event.
         time: Time,
@@ -61,8 +61,8 @@ pub enum Notice {
         share: f64,
         /// One-sigma of the resulting heading error, rad.
         sigma_rad: f64,
-        /// Whether the disturbance was reported before and has lasted until either field may be the Earth's. From now
-        /// on the filter's own heading is less certain too.
+        /// Whether a disturbance reported before still lasts. The usual or the present field may then be the Earth's.
+        /// From now on the filter's own heading is less certain too.
         lasts: bool,
     },
     /// The magnetic field is as usual again.
@@ -84,7 +84,7 @@ pub enum Notice {
         sigma_m: f64,
     },
     /// The vehicle rolls on wheels, as declared or as the fixes show. While fixes are absent, the filter holds its
-    /// velocity across and perpendicular to the road at zero. Only for layouts with
+    /// sideways and upward velocity relative to the road at zero. Only for layouts with
     /// [`WHEELS`](crate::ekf::layout::Layout::WHEELS).
     WheelConstraintOn {
         /// Time of the event.

@@ -16,7 +16,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         held.min_by_key(|held| held.as_ref().map(|fix| fix.time))
     }
 
-    /// Stores a fix until its samples arrive; without a free slot, in place of the oldest.
+    /// Stores a fix until its samples arrive. Without a free slot, the oldest waiting fix is fused at once. It is
+    /// reported as unused if it is ahead of the samples.
     #[inline(never)]
     pub(super) fn store_fix(
         &mut self,
@@ -29,7 +30,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             notify(Notice::NotUsed { time: fix.time, aid: Aid::Gps, reason: Unusable::AheadOfImu });
             return;
         }
-        // The newest fixes show best where the vehicle went during a gap in the samples.
+        // The oldest fix makes room: after a gap in the samples the newest fixes show the motion best.
         let full = self.waiting_fixes.iter().all(Option::is_some);
         if let Some(oldest) = self.earliest_held().filter(|_| full).and_then(Option::take) {
             if oldest.time <= time {

@@ -25,10 +25,9 @@ struct Evidence {
     /// The rejected height has a constant offset, and the receiver's vertical velocity is accepted. The barometer's
     /// level, set from this receiver, may then be wrong.
     baro_level_is_ambiguous: bool,
-    /// The filter was recently reset to a measured velocity.
+    /// The filter's velocity was recently reset, or has probably diverged.
     velocity_was_reset: bool,
-    /// Inertial samples were missing or clipped, the heading is unconfirmed, or the filter was reset to a measured
-    /// velocity.
+    /// Inertial samples were missing or clipped, the heading is unconfirmed, or `velocity_was_reset`.
     suspect: bool,
     /// Positions only: the receiver's velocity agrees with the filter's velocity.
     velocity_agrees: bool,
@@ -43,8 +42,8 @@ struct Evidence {
 }
 
 impl Gates {
-    /// Notes a rejection. `off` is the size of the innovation, and for a [height](Group::is_height) its one-sigma.
-    /// Returns the states to reset to the measurement, if any.
+    /// Notes a rejection. `off` holds the innovation and its one-sigma; the one-sigma is zero except for a
+    /// [height](Group::is_height). Returns the states to reset to the measurement, if any.
     pub fn note_rejection(
         &mut self,
         group: Group,
@@ -93,7 +92,7 @@ impl Gates {
         })
     }
 
-    /// Notes that the filter may have diverged in position: a position that it rejects is right.
+    /// Notes that the filter may have diverged in position: the positions that it rejects may be right.
     pub fn note_position_divergence(&mut self, time: Time) {
         self.diverged_until = time + DIVERGED_S;
     }
@@ -182,7 +181,7 @@ impl Gates {
 }
 
 impl Gate {
-    /// Counts a rejection, and decides at the first one which side is at fault.
+    /// Counts a rejection. At the first one, decides whether filter or sensor is at fault.
     fn count_rejection(&mut self, group: Group, time: Time, off: f64, evidence: &Evidence) {
         if evidence.is_confirmed {
             self.since = time;
@@ -206,7 +205,7 @@ impl Gate {
     }
 
     /// Time, s, for which the filter rejects a measurement before it is reset to it. `reported_s` is the time, s, for
-    /// which the receiver reported the filter's present value.
+    /// which fixes at the filter's present position or height were fused.
     fn rejection_time_s(
         &self,
         group: Group,
@@ -233,7 +232,8 @@ impl Gate {
     }
 
     /// Renews the gate for a reset to a measurement with innovation `off`. A position may have no other evidence than
-    /// its repetition. Then the previous position stays a second hypothesis for as long as it was reported.
+    /// its repetition. Then the previous position stays a second hypothesis, which decays with time constant
+    /// `reported_s`.
     fn reopen(&mut self, group: Group, time: Time, off: f64, reported_s: f32, evidence: &Evidence) {
         let off_m = off.abs() as f32;
         let is_place = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);

@@ -168,7 +168,8 @@ impl Hypothesis {
         self.bias_radps -= bias_radps;
     }
 
-    /// Integral of the rotation by the bias, in NED, for a bias along each body axis, s.
+    /// Integral of the direction cosines from body to NED, s. Its product with a gyro bias is the rotation in NED by
+    /// that bias.
     fn turned_s(&self, felt: &MeasuredMotion) -> [[f32; 3]; 3] {
         product(&self.start_to_ned.rows(), &felt.turned_s)
     }
@@ -180,7 +181,7 @@ impl Hypothesis {
         force - self.turn(turned_s).cross(force) * 0.5
     }
 
-    /// Rotation by the bias, given its integral for a bias along each body axis, s.
+    /// Rotation by the estimated gyro bias, NED, rad: the product of `turned_s` with the bias.
     fn turn(&self, turned_s: &[[f32; 3]; 3]) -> Vector<Ned, f32> {
         times(turned_s, &self.bias_radps.to_array()).into()
     }
@@ -215,7 +216,7 @@ impl Hypothesis {
             let ([x, y, z], [i, j, k]) = (at(&UNITS, axis), at(&swing_by_attitude, axis));
             let mut sensitivity = [x, y, z, i, j, k, 0.0, 0.0, 0.0];
             if measured.is_mean {
-                // The mean over the interval lies half the velocity change before its end.
+                // The mean velocity over the interval differs from that at its end by half the velocity change.
                 predicted -= 0.5 * at(&change, axis);
                 let slopes = at(&by_attitude, axis).into_iter().chain(at(&half, axis));
                 for (sensitivity, slope) in sensitivity.iter_mut().skip(ATTITUDE).zip(slopes) {

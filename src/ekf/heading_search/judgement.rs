@@ -23,8 +23,8 @@ impl Judgement {
         (self.wrong_fixes, self.is_confirmed) = (0, false);
     }
 
-    /// Notes whether a fix disagrees. Returns whether fixes have disagreed for [`WRONG_S`]; the next disagreement then
-    /// starts again.
+    /// Notes whether a fix disagrees. Returns whether at least [`WRONG_FIXES`] successive fixes have disagreed for
+    /// [`WRONG_S`]. If so, the count restarts.
     pub fn lasts(&mut self, time: Time, disagrees: bool) -> bool {
         if !disagrees {
             self.wrong_fixes = 0;

@@ -1,10 +1,10 @@
 //! Heading from motion: search if no sensor gives the heading at the start, monitor afterwards.
 //!
-//! The gyros maintain one frame, in which the specific force is summed from fix to fix. Twelve hypotheses (`Hypothesis`) of
-//! the attitude of that frame start 30° apart in heading. Each hypothesis has a velocity, an attitude and a gyro bias.
-//! The fixes change the weights of the hypotheses: only near the right heading does the specific force add up to the
-//! change of GPS velocity. The hypotheses use neither the filter nor its magnetometer, so errors of these do not spread
-//! to them.
+//! The gyros maintain one frame, in which the specific force is summed from fix to fix. Twelve hypotheses
+//! (`Hypothesis`) of the attitude of that frame start 30° apart in heading. Each hypothesis has a velocity, an attitude
+//! and a gyro bias. The fixes change the weights of the hypotheses: only near the right heading does the specific force
+//! add up to the change of GPS velocity. The hypotheses use neither the filter nor its magnetometer, so errors of these
+//! do not spread to them.
 //!
 //! While the heading is unknown, the hypotheses determine attitude and horizontal velocity, and the filter follows
 //! them. An error-state filter linearises, and no linearisation holds over an unknown heading.
@@ -44,7 +44,8 @@ const PRIOR: Prior = Prior { axis: DOWN, tilt_sigma_rad: 0.07, bias_sigma_radps:
 /// Random walk of tilt and heading that a monitor allows beyond the sensor noise, rad/√s. Without it the monitor would
 /// attribute errors outside the states of a hypothesis to the heading.
 const ANGLE_WALK_RAD: f64 = 0.0035;
-/// Random walk of the velocity that a monitor allows beyond the sensor noise, m/s/√s, for the same reason.
+/// Random walk of the velocity that a monitor allows beyond the sensor noise, m/s/√s, as [`ANGLE_WALK_RAD`] does for
+/// the angles.
 const VELOCITY_WALK_MPS: f64 = 0.1;
 /// Minimum weight of a hypothesis: no hypothesis is ever excluded.
 const LEAST_WEIGHT: f64 = 1e-9;
@@ -62,8 +63,8 @@ const LONGEST_S: f64 = 5.0;
 const PROVEN_MPS: f64 = 5.0;
 /// Time of agreement that proves the heading of a slower vehicle, s.
 const PROVEN_S: f64 = 5.0;
-/// Minimum information from motion, as a fraction of the information on an agreed heading. Each hypothesis starts with
-/// 0.29 of it.
+/// Minimum information from motion, as a fraction of the information on an agreed heading. The one-sigma with which a
+/// hypothesis starts corresponds to a fraction of 0.29.
 const PROVEN_EVIDENCE: f64 = 0.25;
 /// Minimum one-sigma of an unproven heading, rad: three of them cover the circle.
 const UNPROVEN_RAD: f64 = 1.05;
@@ -482,9 +483,9 @@ fn turn_between(
     wrap_angle(2.0 * f64::from(Vector::new(x, y, z).dot(axis).atan2(w)))
 }
 
-/// Fraction of its information with which a fix changes the weights of the hypotheses. A fraction s of the one-sigma
-/// drifts with correlation time τ. For fixes Δt apart, its effect is that of white noise of variance s² 2τ/Δt. Without
-/// this factor a vehicle at rest would find a heading in the drift of its GPS.
+/// Fraction of its information with which a fix changes the weights of the hypotheses. A fraction s of the fix's
+/// one-sigma is a slow error with correlation time τ. For fixes Δt apart, the slow error acts as white noise of
+/// variance s² 2τ/Δt. Without this factor a vehicle at rest would find a heading in the drift of its GPS.
 ///
 /// # Source
 /// Equation (H3) of docs/equations.md.

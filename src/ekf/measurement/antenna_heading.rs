@@ -29,8 +29,8 @@ const OLDEST_S: f64 = 1.0;
 const AHEAD_S: f64 = 0.5;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
-    /// Fuses the heading of two antennas, with the second at `mounted` from the first in body axes, m. Without
-    /// `mounted` the second is ahead of the first, and the measured length is not checked.
+    /// Fuses the heading of two antennas. `mounted` is the vector from the first to the second antenna in body axes, m.
+    /// Without `mounted` the second is ahead of the first, and the measured length is not checked.
     ///
     /// Only the heading is corrected. If the baseline is not horizontal, the effect of a tilt error counts as noise.
     ///
@@ -76,8 +76,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let sigma_rad = reading.sigma_rad.unwrap_or(model.sigma_rad).max(model.floor_rad);
         let besides = square(baseline.z() / level) * tilt + square(AGED_SHARE * turned_rad);
         let one = square(sigma_rad) + besides;
-        // A jump is compared with the error of one reading. The larger variance for errors common to successive
-        // readings would hide it.
+        // Only the error of one reading decides whether it is a jump. The enlarged variance, for slow errors of
+        // successive readings, would hide a jump.
         let jumps = square(off_rad) > square(self.config.gate.sigmas) * (own + one);
         let noise = if jumps { one } else { model.weight(since_s) * square(sigma_rad) + besides };
         let trusted = self.antenna_heading.accepts(time, off_rad);
@@ -129,7 +129,7 @@ impl AntennaHeadingModel {
     }
 
     /// Factor on the variance of a reading that comes `since_s` after the previous one. The slow part of its error
-    /// counts as white noise, enlarged by the number of readings with the same error.
+    /// counts as white noise. Its variance is multiplied by the number of readings within two correlation times.
     fn weight(&self, since_s: f64) -> f64 {
         let in_common = (2.0 * self.wander_time_s / since_s).max(1.0);
         1.0 + square(self.wander_share.min(1.0)) * (in_common - 1.0)

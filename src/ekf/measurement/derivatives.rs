@@ -62,7 +62,8 @@ const COMPONENTS: [[&str; 3]; 4] = [
 ];
 /// Step size of the differences in each block: m, m/s, rad, rad/s. A position in degrees of 64 bits is exact to 1e-9 m.
 const STEPS: [f64; 4] = [0.1, 1e-2, 1e-4, 1e-3];
-/// Rounding error of a residual r, divided by 1 + |r|. A derivative from differences has this error over the step.
+/// Rounding error of a residual r, divided by 1 + |r|. Division by the step size gives the error of a numeric
+/// derivative.
 const ROUNDING: f64 = 1e-9;
 
 impl Expected {
@@ -122,7 +123,8 @@ pub fn check_derivatives(
             for (index, (row, (below, above))) in
                 rows.iter().zip(below.iter().zip(above.iter())).enumerate()
             {
-                // Rows have derivatives of the expected value, which grows where the residual falls.
+                // Rows contain derivatives of the expected value, which have the opposite sign of those of the
+                // residual.
                 let numeric = (below.residual - above.residual) / (2.0 * step);
                 let stated = row.block(block).get(axis).copied().unwrap_or(f64::NAN);
                 let largest = row

@@ -28,18 +28,18 @@ const LEARNED_MOST: f64 = 100.0;
 /// Smallest learned variance, relative to the stated or configured one.
 const LEARNED_LEAST: f64 = 0.1;
 
-/// Limit of a squared normalised innovation from which the variance is learned.
+/// Value to which a squared normalised innovation is clamped before the variance is learned from it.
 const MOST_SURPRISE: f64 = 9.0;
 
 /// Factor on the learned variance when a filter without GPS velocity was reset to a position. To such a filter,
 /// underestimated scatter looks like motion.
 const REOPENED_SHARE: f64 = 2.0;
 
-/// Factor by which the learned one-sigma must exceed the stated one-sigma before the stated one is enlarged.
+/// Ratio of learned to stated one-sigma up to which the stated one is unchanged. Larger ratios are divided by this
+/// value.
 const BY_CHANCE: f64 = 1.15;
 
-/// Factor on the one-sigma σ of the position in the largest shift that is not a drift, √((`WALK_SIGMAS` σ)² +
-/// `WALK_M`²).
+/// Factor on the position's one-sigma σ in the limit above which a shift is a drift: √((`WALK_SIGMAS` σ)² + `WALK_M`²).
 const WALK_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
 /// Constant part of the largest position shift that is not a drift, m.
 const WALK_M: f32 = 5.0;
@@ -61,7 +61,8 @@ const POSITIONS: [Channel; 3] =
 const VELOCITIES: [Channel; 3] =
     [Channel::VelocityNorth, Channel::VelocityEast, Channel::VelocityDown];
 
-/// Factor by which stated one-sigmas are enlarged, given the learned size of their errors.
+/// Factor by which stated one-sigmas are enlarged, at least 1. `learned` is the ratio of the learned to the stated
+/// one-sigma.
 pub fn stated_times(learned: f64) -> f64 {
     (learned / BY_CHANCE).max(1.0)
 }
@@ -152,7 +153,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let is_absent = self.gates.is_absent(Group::HorizontalPosition, fix.time);
         let moved_m = self.compare(fix.time, &axes, sensitivities, report, trace);
         if is_absent {
-            // During the absence the vehicle's motion moved the expected position.
+            // No position came recently. Meanwhile the vehicle's own motion moved the expected position.
             self.gates.reset_position_drift();
         } else if self.config.mechanisms.drifting_positions && L::GPS_POSITION.is_some() {
             report.position_drift_m = self.note_position_drift(fix, moved_m);
@@ -242,9 +243,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.gates.observe_position_shift(fix.time, moved_m, least_m)
     }
 
-    /// Adapts the learned size of the GPS errors to the innovations of this fix, relative to their expected size. A
-    /// stated one-sigma is enlarged if the learned one is larger. If fixes state the accuracy of their positions, only
-    /// accepted innovations count: a jump does not show the error of other fixes.
+    /// Adapts the learned size of the GPS errors to the innovations of this fix, relative to their expected size. If
+    /// fixes state the accuracy of their positions, only accepted position innovations count. A jump does not show the
+    /// error of other fixes.
     ///
     /// # Source
     /// Equation (M7) of docs/equations.md.
@@ -322,7 +323,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         });
         let velocity_variance = (VELOCITY..VELOCITY + 3)
             .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
-        // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, ψ then = ψ now + (∫C) δb_g; the forces (K23).
+        // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, with the age L and ψ then = ψ now + (∫C) δb_g; ∫ΔV is reduced (K23).
         let sensitivity = AxesSensitivity {
             turning: (-self.level_force.of_motion(back.force_m) - arm).to_array(),
             gyro_bias: product(&skew((-arm).to_array()), &back.turn_s),

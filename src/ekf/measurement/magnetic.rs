@@ -57,7 +57,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let parts = Parts { level, down, azimuth_rad: field.azimuth_rad().wide() as f32 };
         let change = self.field_watch.push(time, parts, &uncertainty)?;
         if change.turn == Some(Turn::Suspect) {
-            // The next checked field is then also the next one that is used.
+            // Restarts the interval between used headings, so that the next checked field is also used.
             self.heading.used = self.heading.used.map(|_| time);
             return Some(change);
         }

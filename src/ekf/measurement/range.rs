@@ -14,8 +14,8 @@ use crate::event::RangeReading;
 
 /// Minimum downward component of the beam's direction: the cosine of 60°.
 const LEAST_DOWN: f64 = 0.5;
-/// Factor by which the initial one-sigma of the ground's height exceeds that of height and first reading. The first
-/// reading then changes the variance of the height by at most a hundredth.
+/// Ratio of the initial one-sigma of the ground's height to the one-sigma of height and first reading together. The
+/// first reading then changes the variance of the height by at most a hundredth.
 const OPENED: f64 = 10.0;
 /// Smallest innovation, in one-sigmas, of a reading within the gate that counts as a step of the ground.
 const STEP_SIGMAS: f64 = 4.0;
@@ -74,7 +74,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             *self.ground.height_m.insert(own_m - hit.z())
         };
         let per_metre = 1.0 / beam.z();
-        // If the reading is too long, the spot lies below the ground there.
+        // The innovation is positive if the reading is longer than the estimated distance to the ground.
         let innovation = (hit.z() - (own_m - height_m - self.parameter(state))) * per_metre;
         let sensitivity = Sensitivity::default()
             .with_block(ATTITUDE, [-hit.y() * per_metre, hit.x() * per_metre, 0.0].map(T::of))

@@ -97,7 +97,8 @@ impl Report {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Unusable {
-    /// A value is NaN or infinite, or the position is invalid.
+    /// A value is NaN, infinite or impossible, the position is invalid, or the baseline of two antennas is nearly
+    /// vertical.
     NotFinite,
     /// Older than the filter's history.
     TooOld,
@@ -119,7 +120,7 @@ pub enum Unusable {
     TooTilted,
     /// The same distance bit for bit although the vehicle has moved: the rangefinder repeats itself.
     Stuck,
-    /// Two antennas further apart, or closer, than mounted: a wrong ambiguity.
+    /// Two antennas further apart, or closer, than mounted: the receiver's carrier-phase ambiguity is wrong.
     WrongBaseline,
     /// A heading of two antennas that points the opposite way, as with the antennas exchanged.
     BaselineReversed,

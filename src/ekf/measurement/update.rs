@@ -100,9 +100,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 trace.updated(&sensitivity, gain, innovation.wide());
             }
         };
-        // A fix of a receiver with a proven contradiction may be accepted: all its axes must agree with the filter
-        // within the noise of the fix. Its horizontal axes are accepted if they alone agree: its heights may belong to
-        // two different levels.
+        // Exception for the fixes of a receiver with a proven contradiction. A fix is accepted if all its axes agree
+        // with the filter within the noise of the fix. Its heights may belong to two different levels, so agreement of
+        // the horizontal axes is enough for these.
         let near = T::of(square(self.config.gate.sigmas));
         let are_near = |with_vertical: bool| {
             let mut axes = innovations.iter().zip(&noise).enumerate();
@@ -223,12 +223,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// attitude.
     fn reopen_level_velocity(&mut self, state: usize, opened: f64) {
         self.covariance.add_variance(state, opened);
-        // A velocity error of this size came through the attitude.
+        // An attitude error is the likely cause of a velocity error of this size.
         self.reopen_tilt();
         self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
     }
 
-    /// Raises the variances of roll and pitch, by which a velocity error came.
+    /// Raises the variances of roll and pitch, whose error is the likely cause of a velocity error.
     pub(super) fn reopen_tilt(&mut self) {
         self.covariance.add_variance(ATTITUDE, square(REOPENED_TILT_RAD));
         self.covariance.add_variance(ATTITUDE + 1, square(REOPENED_TILT_RAD));
@@ -246,8 +246,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Channel::PositionEast => self.covariance.add_variance(POSITION + 1, opened),
             Channel::PositionDown => {
                 self.covariance.add_variance(POSITION + 2, opened);
-                // If a barometer agrees with the filter, its level was wrong too. The variance of the level is then
-                // raised together with that of the height.
+                // If a barometer agrees with the filter, its level has the same error as the height. The variance of
+                // the level is then raised together with that of the height.
                 if let Some(level) = L::BARO.filter(|_| self.gates.agrees(Group::Baro, time)) {
                     self.covariance.add_variance(level, opened);
                     let cross = self.covariance.value(POSITION + 2, level).wide();
@@ -303,8 +303,8 @@ const fn is_vertical(index: usize) -> bool {
 const UNKNOWN: f64 = 2.0;
 /// Minimum time without a fused position, s, assumed when the variance of the velocity is raised.
 const LEAST_LOST_S: f64 = 1.0;
-/// One-sigma added to roll and pitch (3°) together with a horizontal velocity, rad: a large velocity error came through
-/// the attitude.
+/// One-sigma added to roll and pitch (3°) together with a horizontal velocity, rad: tilt is the likely cause of a large
+/// velocity error.
 const REOPENED_TILT_RAD: f64 = 0.05;
 /// One-sigma added to the heading (17°) together with a horizontal velocity, rad.
 const REOPENED_HEADING_RAD: f64 = 0.3;

@@ -11,8 +11,8 @@ use crate::gps::{DilutionOfPrecision, MessageCounts, ReceiverFix, ReceiverTime};
 use crate::scalar::Scalar;
 use crate::time::Time;
 
-/// Silence of the serial line that separates two epochs, s. At 10 Hz an epoch and the silence after it last 100 ms, and
-/// a loop at 33 Hz reads every 30 ms.
+/// Silence of the serial line that separates two epochs, s. At 10 Hz, an epoch and the silence after it last 100 ms. A
+/// loop at 33 Hz reads every 30 ms.
 const SILENCE_S: f64 = 0.05;
 
 const GGA: Kinds = 1;
@@ -38,9 +38,9 @@ const GST: Kinds = 32;
 /// * One-sigmas come from GST; without GST they are unknown.
 /// * The date comes from RMC, unchecked: a receiver past its week rollover sends a wrong date.
 ///
-/// VTG and GSA belong to the burst in which they arrive: before the position if silence precedes them, else after. This
-/// requires reading the line at least every 50 ms. A log without arrival times is read correctly if VTG and GSA follow
-/// the position.
+/// VTG and GSA belong to the burst in which they arrive. After a silence they begin a burst, before its position;
+/// otherwise they belong to the position before them. This requires reading the line at least every 50 ms. A log
+/// without arrival times is read correctly if VTG and GSA follow the position.
 #[derive(Clone, Debug, Default)]
 pub struct Decoder {
     framer: Framer,
@@ -119,7 +119,7 @@ impl Decoder {
         }
     }
 
-    /// Adds a sentence to its epoch. Returns the fix of the previous epoch, if this fix is not delivered yet.
+    /// Adds a sentence to its epoch. Returns the fix of the previous epoch if that fix was not delivered.
     fn accept(
         &mut self,
         sentence: &Sentence,

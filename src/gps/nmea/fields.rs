@@ -36,7 +36,7 @@ impl<'a> Fields<'a> {
         Ok(field)
     }
 
-    /// The next field; a single letter in it is an error.
+    /// The next field; a field of one letter is an error.
     fn numeral(&mut self) -> Result<&'a [u8], Malformed> {
         let field = self.text()?;
         let is_letter = single(field).is_some_and(|byte| byte.is_ascii_alphabetic());

@@ -11,7 +11,7 @@ enum State {
     Outside,
     /// In the body, between `$` and `*`.
     Body,
-    /// In the checksum: at the first digit, or at the second digit with the value of the first.
+    /// In the checksum: before its first digit, `None`, or before its second digit, with the value of the first.
     Checksum(Option<u8>),
 }
 

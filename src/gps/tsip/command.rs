@@ -25,7 +25,7 @@ pub enum Command {
     RequestLastFix,
     /// 0x8E-20: superpackets on or off.
     SendSuperpackets(bool),
-    /// 0x3C for all satellites: answers a 0x5C for each.
+    /// 0x3C for all satellites; the receiver answers with one 0x5C for each satellite.
     RequestTracking,
 }
 

@@ -9,8 +9,8 @@ use crate::gps::{
 };
 use crate::time::Time;
 
-/// Largest difference between times of fix in one epoch, s. The receiver computes one fix per second, and the time in
-/// single precision has steps of 31 ms.
+/// Largest difference between times of fix in one epoch, s. The receiver computes one fix per second. The time in
+/// single precision has steps of up to 62.5 ms.
 const SAME_EPOCH_S: f64 = 0.1;
 /// Largest age of the geometry report, s, at which it still describes a fix; it arrives every 1 to 5 s.
 const SATELLITES_LAST_S: f64 = 10.0;
@@ -43,7 +43,7 @@ pub struct Decoder {
     counts: MessageCounts,
 }
 
-/// The receiver's week, and the time of week at its transmission.
+/// The receiver's week, and the time of week at which the receiver sent it.
 #[derive(Clone, Copy, Debug)]
 struct Clock {
     week: u16,
@@ -147,8 +147,8 @@ impl Decoder {
         }
     }
 
-    /// Processes a report. Returns the fix of the previous epoch, if the report ends this epoch and it has a fix. A fix
-    /// that the report completes is stored in `ready`.
+    /// Processes a report. If the report ends the previous epoch, returns the fix of that epoch, if any. A fix that the
+    /// report completes is stored in `ready`.
     fn accept(&mut self, report: &Report, arrival: Time) -> Option<ReceiverFix> {
         match report {
             Report::GpsTime(time) => {
@@ -265,7 +265,7 @@ impl Decoder {
             return None;
         }
         let before = self.open(complete.time_of_week_s, arrival);
-        // The complete packet replaces a position that arrived earlier in another form.
+        // A superpacket replaces a position of the same epoch that arrived earlier in another report.
         let Some(epoch) = self.epoch.take() else {
             return before;
         };

@@ -35,7 +35,7 @@ enum State {
 
 /// Finds packets in a stream that arrives in any pieces.
 ///
-/// A stream that begins with the second byte of a doubled 0x10, inside a packet, may make data look like the start of a
+/// A stream may begin inside a packet, with the second byte of a doubled 0x10. Data can then look like the start of a
 /// packet. The first packet of a stream is therefore the least reliable.
 #[derive(Clone, Debug)]
 pub struct Framer {

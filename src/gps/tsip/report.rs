@@ -16,7 +16,7 @@ pub struct GpsTime {
 /// 0x42 and 0x83: position in Earth-fixed coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PositionXyz {
-    /// Position, m. Complete in double precision (0x83); in single precision (0x42) its step is 0.5 m.
+    /// Position, m. It has full resolution in double precision (0x83), and steps of 0.5 m in single precision (0x42).
     pub position_m: Vector<Ecef>,
     /// Clock bias as a distance, m; 0x83 only.
     pub clock_bias_m: Option<f64>,

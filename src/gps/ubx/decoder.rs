@@ -122,8 +122,8 @@ impl Decoder {
         }
     }
 
-    /// Processes a message. Returns the fix of the previous epoch, if the message ends this epoch and it has a fix. A
-    /// fix that the message completes is stored in `ready`.
+    /// Processes a message. If the message ends the previous epoch, returns the fix of that epoch, if any. A fix that
+    /// the message completes is stored in `ready`.
     fn accept(&mut self, report: &Report, arrival: Time) -> Option<ReceiverFix> {
         let (time_of_week_ms, content) = match report {
             Report::Pvt(pvt) => return self.accept_pvt(pvt, arrival),
@@ -176,8 +176,8 @@ impl Decoder {
         before
     }
 
-    /// Opens the epoch of `time_of_week_ms`, unless it has already ended. Returns the fix of the previous epoch, if
-    /// this fix is not delivered yet.
+    /// Opens the epoch of `time_of_week_ms`, unless it has already ended. Returns the fix of the previous epoch if that
+    /// fix was not delivered.
     fn open(&mut self, time_of_week_ms: u32, arrival: Time) -> Option<ReceiverFix> {
         if self.epoch.is_some_and(|epoch| epoch.time_of_week_ms == time_of_week_ms) {
             return None;

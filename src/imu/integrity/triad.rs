@@ -68,7 +68,7 @@ pub(super) struct Timing<T> {
     pub checks: Checks,
 }
 
-/// Number of repetitions that make a maximum the full scale.
+/// Number of occurrences of a maximum after which it counts as the full scale.
 const REPEATS: u32 = 4;
 /// Memory of the present vibration, s.
 pub(super) const NOW_S: f64 = 0.15;
@@ -98,10 +98,10 @@ const FORGOTTEN_BURST_S: f64 = 1e-6;
 /// Faults found in the last readings of three axes.
 pub(super) struct Found<T> {
     pub clipped: [bool; 3],
-    /// Vibration of the axes, if any has a shock.
+    /// Vibration of the axes, if any has a shock or a clipped tone.
     pub shock: Option<Shaking<T>>,
     pub shaken: bool,
-    /// Variance that clipping and shocks add to the integral over the interval.
+    /// Variance that clipping and shocks add to the integral over the interval, rad² or (m/s)².
     pub hidden: [T; 3],
     /// Variance that lost samples and stuck axes add to the integral over the interval, rad² or (m/s)².
     pub variance: [T; 3],
@@ -120,7 +120,7 @@ pub(super) struct Triad<T> {
     repeats: [u32; 3],
     /// Recent clipping time of each axis, s.
     pub clipped_s: [T; 3],
-    /// Remaining time for which a shock with clipping continues, s.
+    /// Remaining time, s, for which a clipped tone counts as a shock.
     goes_on_s: f32,
     repetition: Repetition<T>,
 }
@@ -240,8 +240,8 @@ impl<T: Scalar> Triad<T> {
         })
     }
 
-    /// Adds the variance hidden by axes stuck for `stuck_s` to the integral of each over an interval. Returns the stuck
-    /// axes.
+    /// Adds to `variance` the variance that stuck axes hide in the integral over an interval. `stuck_s` is the time, s,
+    /// for which each axis has been stuck. Returns the stuck axes.
     fn add_stuck(
         &self,
         variance: &mut [T; 3],
@@ -310,7 +310,8 @@ impl<T: Scalar> Triad<T> {
     }
 }
 
-/// Whether a reading at or above the largest of its axis has been repeated often enough to be the full scale.
+/// Whether a reading is the full scale of its axis. The reading must be at or above the axis's `largest` reading, and
+/// must have been repeated often enough.
 fn comes_back<T: Scalar>(size: T, largest: &mut T, repeats: &mut u32) -> bool {
     if size > *largest {
         (*largest, *repeats) = (size, 1);

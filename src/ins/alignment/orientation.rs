@@ -27,7 +27,7 @@ pub(super) struct Oriented {
 
 /// Largest distance, rad, from an azimuth that counts as reached.
 const POINTED_RAD: f64 = 1e-6;
-/// Largest number of turns towards an azimuth. Turns about an axis that is not vertical approach it one after another.
+/// Largest number of turns towards an azimuth. If the axis is not vertical, each turn only comes closer to the azimuth.
 const MOST_TURNS: usize = 100;
 /// Unit vector down.
 const DOWN: Vector<Ned> = Vector::new(0.0, 0.0, 1.0);

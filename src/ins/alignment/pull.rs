@@ -140,7 +140,8 @@ impl Pull {
     /// # Source
     /// Equation (A4) of docs/equations.md.
     pub fn attitude(&self) -> Rotation<Body, Ned> {
-        // The fixes' north, east and down are treated as a second body under the same force.
+        // The NED axes are levelled like body axes: with the specific force from the fixes, resolved in NED. Both
+        // levelled frames then have the same force straight up.
         let [north, east, down] = self.ned.to_array();
         let hung = level(Vector::new(north, east, down));
         Rotation::claim((hung.inverse() * level(self.body)).quaternion())

@@ -21,28 +21,23 @@ pub struct Innovations {
 }
 
 impl Innovations {
-    /// Updates the largest innovation of the kind; an innovation that is not a number is skipped.
+    /// Counts a rejection, and updates the largest innovation of the kind. An innovation of NaN is not a largest one.
     pub fn note(&mut self, innovation: &Innovation) {
         let size = libm::fabs(innovation.normalised());
         let largest = match innovation.channel {
             Channel::PositionNorth | Channel::PositionEast | Channel::PositionDown => {
-                &mut self.position
+                Some(&mut self.position)
             }
             Channel::VelocityNorth | Channel::VelocityEast | Channel::VelocityDown => {
-                &mut self.velocity
+                Some(&mut self.velocity)
             }
-            Channel::Roll | Channel::Pitch => &mut self.attitude,
-            Channel::Yaw | Channel::BaselineHeading => &mut self.heading,
-            Channel::BaroHeight => &mut self.baro,
-            // The frame has no field for this innovation.
-            Channel::Range => return,
-            Channel::RestRateX | Channel::RestRateY | Channel::RestRateZ => return,
-            Channel::RestVelocityNorth | Channel::RestVelocityEast | Channel::RestVelocityDown => {
-                return;
-            }
-            Channel::WheelsRight | Channel::WheelsDown | Channel::Own(_) => return,
+            Channel::Roll | Channel::Pitch => Some(&mut self.attitude),
+            Channel::Yaw | Channel::BaselineHeading => Some(&mut self.heading),
+            Channel::BaroHeight => Some(&mut self.baro),
+            // The frame has no field for the others.
+            _ => None,
         };
-        if !size.is_nan() {
+        if let Some(largest) = largest.filter(|_| !size.is_nan()) {
             *largest = Some(largest.map_or(size, |before| before.max(size)));
         }
         self.rejected =
@@ -71,9 +66,10 @@ mod tests {
         note(Channel::PositionDown, 1.0, Verdict::Accepted);
         note(Channel::Yaw, f64::NAN, Verdict::Rejected);
         note(Channel::VelocityEast, 20.0, Verdict::Rejected);
+        note(Channel::Range, 20.0, Verdict::Rejected);
         assert_eq!((summary.position, summary.velocity), (Some(1.5), Some(10.0)));
-        assert_eq!((summary.heading, summary.baro, summary.rejected), (None, None, 2));
+        assert_eq!((summary.heading, summary.baro, summary.rejected), (None, None, 3));
         summary.clear();
-        assert_eq!(summary, Innovations { rejected: 2, ..Innovations::default() });
+        assert_eq!(summary, Innovations { rejected: 3, ..Innovations::default() });
     }
 }
