@@ -286,7 +286,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         match self.filter.predict_traced(sample, trace) {
             Ok(Prediction::Stepped) => {
                 if self.filter.samples.suspicion.hides_motion() {
-                    self.monitor_heading();
+                    self.interrupt_search();
                 } else {
                     self.observe_sample(sample, time.seconds_since(before));
                 }
@@ -357,6 +357,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             let rate_radps = mean.angular_rate_radps - errors.gyro_bias_radps;
             let variances = self.filter.step_variances;
             search.observe_sample(rate_radps, force_mps2, variances, interval_s);
+        }
+    }
+
+    /// Starts the heading search again after samples that hid the motion: see [`HeadingSearch::interrupt`].
+    pub(super) fn interrupt_search(&mut self) {
+        if let Some(search) = self.search.bank() {
+            search.interrupt(self.filter.state.body_to_ned);
         }
     }
 

@@ -434,8 +434,7 @@ impl Aligner {
             return None;
         }
 
-        // A velocity component without a measurement gets a larger one-sigma. `aged` adds the effect of acceleration
-        // that may have continued or changed since the fix.
+        // A velocity component without a measurement gets a larger one-sigma.
         let unknown = |known: bool, sigma: f64| if known { sigma } else { 5.0 + 2.0 * sigma };
         let velocity_sigma_mps = Vector::new(
             unknown(fix.horizontal_velocity_mps.is_some(), velocity_sigma[0]),
@@ -447,8 +446,11 @@ impl Aligner {
             .unwrap_or(Vector::new(1.0, 1.0, 2.0) * config.position_sigma_m)
             .to_array();
         let down_m = if fix.two_dimensional { UNKNOWN_HEIGHT_M } else { down_m };
+        // Acceleration that may have continued or changed since the fix.
         let changed_mps2 = (0.5 * oriented.acceleration_mps2.norm()).max(1.0);
-        let aged = Vector::new(1.0, 1.0, 1.0) * (changed_mps2 * libm::fabs(age_s));
+        let age_s = libm::fabs(age_s);
+        let each = Vector::new(1.0, 1.0, 1.0);
+        let velocity_sigma_mps = velocity_sigma_mps + each * (changed_mps2 * age_s);
         Some(Alignment {
             start: Start {
                 state,
@@ -457,8 +459,9 @@ impl Aligner {
                     oriented.tilt_sigma_rad,
                     oriented.heading_sigma_rad,
                 ),
-                velocity_sigma_mps: velocity_sigma_mps + aged,
-                position_sigma_m: Vector::new(north_m, east_m, down_m) + aged,
+                velocity_sigma_mps,
+                // The velocity, with this one-sigma, has moved the position since the fix.
+                position_sigma_m: Vector::new(north_m, east_m, down_m) + velocity_sigma_mps * age_s,
                 gyro_bias_radps: gyro_bias,
                 gyro_bias_sigma_radps: at_rest.then(|| {
                     let scatter = Scalar::sqrt(self.window.rate_variance.max(0.0));

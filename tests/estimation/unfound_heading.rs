@@ -132,3 +132,29 @@ fn a_position_that_jumps_alone_is_not_believed_while_the_heading_is_unknown() {
         assert!(farthest_m < 10.0, "{farthest_m} m, seed {seed}");
     }
 }
+
+/// A gap of 1 s interrupts the search. The search starts again with the uncertainty of the gyro bias, which a monitor of
+/// a known heading lacks.
+#[test]
+fn a_gap_leaves_the_gyro_bias_as_uncertain_as_before() {
+    let (recording, mut estimator) =
+        flown_unaided::<Full, 28>(&plan(false), &GpsConfig::default(), 2);
+    let mut fixes = recording.fixes.iter().peekable();
+    let mut sigmas_radps = Vec::new();
+    for sample in recording.imu.iter().take_while(|sample| sample.time.seconds() < 60.0) {
+        while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
+            estimator.push(&Event::Gps(*fix), |_| ());
+        }
+        if (30.0..31.0).contains(&sample.time.seconds()) {
+            continue;
+        }
+        estimator.push(&Event::Imu(*sample), |_| ());
+        if let Some(solution) = estimator.solution() {
+            sigmas_radps.push((sample.time.seconds(), solution.gyro_bias_sigma_radps.z()));
+        }
+    }
+    assert!(estimator.filter().is_none(), "its heading is unknown to the end");
+    let at = |second: f64| sigmas_radps.iter().find(|(time, _)| *time > second).unwrap().1;
+    let [before, after] = [29.5, 40.0].map(at);
+    assert!(after > 0.8 * before, "{before} and {after} rad/s");
+}

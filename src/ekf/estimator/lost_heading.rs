@@ -30,7 +30,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// checks roll and pitch.
     #[inline(never)]
     pub(super) fn search_again(&mut self, time: Time, length_s: f64) {
-        self.monitor_heading();
+        self.interrupt_search();
         if self.phase != Phase::Navigating || self.filter.attitude_lost.is_none() {
             return;
         }

@@ -201,6 +201,15 @@ impl<T: Scalar> HeadingSearch<T> {
         self.judgement = Judgement::NONE;
     }
 
+    /// Starts again after samples that hid the motion: a monitor stays a monitor, and a search goes on about
+    /// `body_to_ned` with the same uncertainty of the gyro bias.
+    pub(super) fn interrupt(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
+        let (is_monitor, bias_sigma_radps) = (self.is_monitor, self.prior.bias_sigma_radps);
+        self.monitor(body_to_ned);
+        self.is_monitor = is_monitor;
+        self.prior.bias_sigma_radps = bias_sigma_radps;
+    }
+
     /// Starts a search from a start whose attitude about `axis` is unknown. The gyro bias has the one-sigma
     /// `bias_sigma_radps` unless the start states one.
     pub(super) fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64) {
