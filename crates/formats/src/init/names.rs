@@ -112,7 +112,10 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
     if quantity == Quantity::FixType && is(&["imu", "ins"]) {
         return None;
     }
-    Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
+    let unit = bracket_unit.or(trailing_unit);
+    // Engines and rotors turn in revolutions per minute too.
+    let is_engine = unit == Some("rpm") && !matches!(quantity, Quantity::Gyro(_));
+    (!is_engine).then_some(Meaning { quantity, unit, estimated })
 }
 
 /// The quantity of a name without an axis.
@@ -332,6 +335,8 @@ mod tests {
             let found = meaning(name, "").unwrap();
             assert_eq!((found.quantity, found.unit), (quantity, Some(unit)), "{name}");
         }
+        assert_eq!(meaning("gyro_x", "[rpm]").unwrap().unit, Some("rpm"));
+        assert_eq!(meaning("throttle_rpm", "").map(|found| found.quantity), None);
         assert_eq!(meaning("gyro_x", "[deg/s]").unwrap().unit, Some("deg/s"));
         assert!(meaning("ekf_roll", "").unwrap().estimated);
     }

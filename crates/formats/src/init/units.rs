@@ -25,10 +25,12 @@ const CLIMBS: [SpeedUnit; 5] = [
     SpeedUnit::FeetPerSecond,
     SpeedUnit::FeetPerMinute,
 ];
-const RATES: [RateUnit; 4] = [
+/// Units of gyros whose names do not state them.
+pub(super) const RATES: [RateUnit; 5] = [
     RateUnit::RadiansPerSecond,
     RateUnit::DegreesPerSecond,
     RateUnit::MilliradiansPerSecond,
+    RateUnit::CentidegreesPerSecond,
     RateUnit::MillidegreesPerSecond,
 ];
 
@@ -264,11 +266,12 @@ fn unknown_height(gps: &GpsColumns, dataset: &Dataset) -> String {
 /// Beginning of the check of a gyro whose unit is not stated.
 pub(super) const GYRO_UNSTATED: &str = "gyro: rates reach";
 
+/// The 99th percentile of the rate of a vehicle that flies, rad/s: from a calm hover to the limit of gyros.
+pub(super) const HIGH_RADPS: std::ops::Range<f64> = 0.03..40.0;
+
 /// The units, other than `unit`, with which the highest rates of `dataset` are those of a vehicle. The dataset was read
 /// in `unit`.
 fn possible_rates(dataset: &Dataset, unit: RateUnit) -> Vec<RateUnit> {
-    /// The 99th percentile of the rate of a vehicle that flies, rad/s: from a calm hover to the limit of gyros.
-    const HIGH_RADPS: std::ops::Range<f64> = 0.03..40.0;
     let rate = |motion: &Motion| match motion {
         Motion::Rates { angular_rate_radps, .. } => angular_rate_radps.norm(),
         Motion::Increments { .. } => f64::NAN,

@@ -17,6 +17,7 @@ mod mapped;
 mod mapping;
 mod mapping_cells;
 mod mapping_physics;
+mod mapping_rates;
 mod mapping_receivers;
 mod mapping_samples;
 mod mapping_sensors;
