@@ -123,11 +123,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         [table.gyro.is_some(), table.accel.is_some(), table.gravity.is_some()].contains(&true);
     table.time = reader.time(has_motion, &mut checks).ok_or_else(|| LogError::Unusable {
         path: path.to_path_buf(),
-        reason: format!(
-            "found no column that increases like a time, expected numbers, 12:34:56.7 or \
-             2025-07-08T12:34:56.7 in one of {}",
-            look.layout.names.join(", ").chars().take(200).collect::<String>()
-        ),
+        reason: reader.missing_time(),
     })?;
     let count_hz = reader.is_counted.then(|| 1.0 / table.time.unit.seconds());
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);

@@ -49,6 +49,7 @@ pub(super) fn unit(text: &str) -> Option<&'static str> {
         "pa" | "pascal" => "pa",
         "hpa" | "mbar" | "millibar" => "hpa",
         "kpa" => "kpa",
+        "inhg" | "inchhg" | "incheshg" => "inhg",
         "e7" | "1e7" | "dege7" | "deg1e7" | "dege/7" => "deg1e7",
         "cdeg" | "centideg" | "centidegrees" | "1e2deg" | "deg1e2" => "cdeg",
         "1e5deg" | "deg1e5" | "dege5" => "deg1e5",

@@ -200,7 +200,11 @@ pub(super) fn settle_by_filter(
     if as_read.found.score < DISAGREES && gyro == Some(RateUnit::DegreesPerSecond) {
         checks.retain(|check| !check.starts_with(GYRO_UNSTATED));
     }
-    let heights = if known.height { &[1.0][..] } else { &[1.0, foot] };
+    // Heights that fit as read need no other unit, and heights that only scatter have none: a smaller unit makes their
+    // innovations smaller in any case.
+    let climbs = travel::climbs(&dataset.fixes);
+    let is_height_tried = !known.height && climbs && as_read.found.height_score >= turn::DISAGREES;
+    let heights = if is_height_tried { &[1.0, foot][..] } else { &[1.0] };
     let factor = gyro.map_or(1.0, RateUnit::factor);
     let mut tried = vec![as_read];
     for &height in heights {
@@ -218,7 +222,8 @@ pub(super) fn settle_by_filter(
         tried.iter().any(|one| one.rate != rate && one.found.score > DECISIVE * found.score);
     // Heights in feet that are read as metres would move by 3.28 times what the inertial samples measure. The heights as
     // read are in metres if they fit, but would not fit at 3.28 times their size.
-    let is_height_found = found.height_score < FITS
+    let is_height_found = climbs
+        && found.height_score < FITS
         && (height != 1.0 || {
             let larger = Tried::with(dataset, 1.0 / foot, rate);
             larger.found.height_score > DECISIVE * found.height_score.max(1.0)

@@ -204,6 +204,8 @@ units! {
         Hectopascals = "hPa", 1e2;
         /// Kilopascals.
         Kilopascals = "kPa", 1e3;
+        /// Inches of mercury.
+        InchesOfMercury = "inHg", 3386.389;
     }
 }
 
@@ -238,7 +240,10 @@ impl BaroUnit {
     /// Whether the unit is one of pressure.
     #[must_use]
     pub const fn is_pressure(self) -> bool {
-        matches!(self, Self::Pascals | Self::Hectopascals | Self::Kilopascals)
+        matches!(
+            self,
+            Self::Pascals | Self::Hectopascals | Self::Kilopascals | Self::InchesOfMercury
+        )
     }
 }
 

@@ -21,6 +21,7 @@ mod mapping_rates;
 mod mapping_receivers;
 mod mapping_samples;
 mod mapping_sensors;
+mod mapping_strangers;
 mod mapping_times;
 mod mapping_units;
 mod mavlink;

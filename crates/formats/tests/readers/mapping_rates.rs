@@ -62,7 +62,7 @@ fn a_rate_whose_size_alone_decides_names_every_possible_unit() {
         assert!(report.contains(words), "{words}: {report}");
     }
     let (report, _) = flight(names, 1.0, 1.0);
-    for words in ["read as deg/s (59.9", "mrad/s (3.43"] {
+    for words in ["read as deg/s (59.9", "mrad/s (3.44"] {
         assert!(report.contains(words), "{words}: {report}");
     }
 }
