@@ -90,8 +90,13 @@ fn has_own_times(file: &Path) -> bool {
 
 /// The first [`HEAD`] bytes of a file, unpacked.
 pub(crate) fn head_of(path: &Path) -> Result<Vec<u8>, LogError> {
-    let mut window = Input::of(path).window()?;
+    let input = Input::of(path);
+    let mut window = input.window()?;
     let head = window.peek(HEAD).map_err(LogError::io(path))?;
+    if head.is_empty() && input.is_packed()? {
+        let reason = "the zstd file is cut off or damaged before its first block ends".to_owned();
+        return Err(LogError::bytes(path, 0, reason));
+    }
     Ok(head[..head.len().min(HEAD)].to_vec())
 }
 
