@@ -90,8 +90,13 @@ fn has_own_times(file: &Path) -> bool {
 
 /// The first [`HEAD`] bytes of a file, unpacked.
 pub(crate) fn head_of(path: &Path) -> Result<Vec<u8>, LogError> {
-    let mut window = Input::of(path).window()?;
+    let input = Input::of(path);
+    let mut window = input.window()?;
     let head = window.peek(HEAD).map_err(LogError::io(path))?;
+    if head.is_empty() && input.is_packed()? {
+        let reason = "the zstd file is cut off or damaged before its first block ends".to_owned();
+        return Err(LogError::bytes(path, 0, reason));
+    }
     Ok(head[..head.len().min(HEAD)].to_vec())
 }
 
@@ -186,7 +191,18 @@ fn is_tlog(head: &[u8]) -> bool {
 /// Whether a file is RINEX, which names itself in its first line.
 fn is_rinex(head: &[u8]) -> bool {
     let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    line.windows(20).any(|part| part == b"RINEX VERSION / TYPE")
+    line.windows(20).any(|part| part == b"RINEX VERSION / TYPE" || part == b"CRINEX VERS   / TYPE")
+}
+
+/// Whether a file has the positions of RTKLIB in degrees, minutes and seconds.
+fn is_in_seconds_of_arc(head: &[u8]) -> bool {
+    let name = b"latitude(d'\")";
+    head.windows(name.len()).any(|part| part == name)
+}
+
+/// Whether a file is text of a known kind that has no columns to map.
+pub(crate) fn is_unmappable(head: &[u8]) -> bool {
+    is_rinex(head) || is_in_seconds_of_arc(head)
 }
 
 /// Whether `head` begins with four MAVLink frames without times.
@@ -305,6 +321,10 @@ pub(crate) fn looks_like(head: &[u8]) -> &'static str {
     if is_rinex(head) {
         return "RINEX, raw measurements without a position solution: solve them with RTKLIB, and read its .pos \
                 file with `hovernav init`";
+    }
+    if is_in_seconds_of_arc(head) {
+        return "positions in degrees, minutes and seconds, in three columns each: let RTKLIB write degrees (Lat/Lon \
+                Format ddd.dddddddd)";
     }
     if is_export(head) {
         return "a solution that hovernav exported, which has no sensors' readings: open the log from which it was \

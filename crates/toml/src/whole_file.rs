@@ -10,8 +10,8 @@ use crate::file::open_file;
 /// is dropped before it is finished, for example because the disk is full, is removed. An earlier file with the final
 /// name stays until the new file is finished.
 ///
-/// If the name is a link, the target of the link is replaced, not the link. A device or a pipe cannot be replaced, so
-/// it is written directly.
+/// A link with the final name is replaced; its target stays. A device or a pipe cannot be replaced, so it is written
+/// directly.
 #[derive(Debug)]
 pub struct WholeFile {
     file: File,
@@ -26,13 +26,13 @@ impl WholeFile {
     /// could block forever.
     pub fn create(path: &Path) -> io::Result<Self> {
         let mut permissions: Option<Permissions> = None;
-        let mut own = path.to_path_buf();
         match std::fs::metadata(path) {
             Ok(found) if found.is_file() => {
-                // This fails in the same cases as overwriting the file.
-                OpenOptions::new().write(true).open(path)?;
-                own = path.canonicalize()?;
-                permissions = Some(found.permissions());
+                if !path.is_symlink() {
+                    // This fails in the same cases as overwriting the file.
+                    OpenOptions::new().write(true).open(path)?;
+                    permissions = Some(found.permissions());
+                }
             }
             Ok(found) => {
                 ensure_reader(path, &found)?;
@@ -40,6 +40,7 @@ impl WholeFile {
             }
             Err(_) => {}
         }
+        let own = path.to_path_buf();
         let mut name = own.file_name().unwrap_or_default().to_owned();
         name.push(".part");
         let part = own.with_file_name(name);
@@ -211,7 +212,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_link_stays_and_permissions_stay() {
+    fn a_link_is_replaced_and_permissions_stay() {
         use std::os::unix::fs::{PermissionsExt as _, symlink};
         let place = tempfile::tempdir().unwrap();
         let (path, link) = (place.path().join("a.csv"), place.path().join("link.csv"));
@@ -219,8 +220,10 @@ mod tests {
         fs::set_permissions(&path, Permissions::from_mode(0o640)).unwrap();
         symlink("a.csv", &link).unwrap();
         write_whole(&link, "new").unwrap();
-        assert!(link.is_symlink());
-        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!((fs::read(&link).unwrap(), link.is_symlink()), (b"new".to_vec(), false));
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        write_whole(&path, "newer").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"newer");
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
     }
 

@@ -41,10 +41,9 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
         let (length, is_whole) = match end {
             Some(end) => (end + 1, true),
             None if bytes.len() >= LONGEST => {
-                let reason = "found a line of more than 16384 bytes; the rest of the file is not \
-                              read";
-                damages.add(line, reason);
-                return Ok(damages);
+                damages.add(line, "found a line of more than 16384 bytes; ignored");
+                skip_line(&mut window)?;
+                continue;
             }
             None => (bytes.len(), false),
         };
@@ -104,6 +103,19 @@ pub(super) fn each(mut window: Window<'_>, take: &mut dyn FnMut(Item<'_>)) -> io
             },
         }
         window.consume(length);
+    }
+}
+
+/// Moves behind the next line end, or to the end of the file.
+fn skip_line(window: &mut Window<'_>) -> io::Result<()> {
+    loop {
+        let bytes = window.peek(LONGEST)?;
+        let end = bytes.iter().position(|&byte| byte == b'\n');
+        let length = end.map_or(bytes.len(), |end| end + 1);
+        window.consume(length);
+        if end.is_some() || length == 0 {
+            return Ok(());
+        }
     }
 }
 

@@ -20,7 +20,7 @@ use crate::format::Format;
 use crate::integrals::{integrate, remark_points};
 use crate::latency::USUAL_LATENCY_S;
 use crate::log::{Log, Options};
-use crate::receivers::Track;
+use crate::receivers::Tracks;
 use crate::window::Input;
 use hovernav::frames::Vector;
 use hovernav_dataset::utc::moment;
@@ -34,7 +34,7 @@ use rows::Rows;
 struct Survey {
     counts: BTreeMap<(Message, usize), Tally>,
     /// Readings of the receivers.
-    tracks: BTreeMap<usize, Track>,
+    tracks: Tracks<usize>,
     parameters: HashMap<String, f64>,
     /// The text with the autopilot's name and version, otherwise the first text.
     text: String,
@@ -96,8 +96,7 @@ impl Survey {
                 let clock_s = Rows::default().clock_s(message, row);
                 if message == Message::Gps {
                     let (place_deg, velocity_mps) = Message::place_and_velocity(row);
-                    let track = self.tracks.entry(instance).or_default();
-                    track.push(clock_s, place_deg, velocity_mps);
+                    self.tracks.push(instance, clock_s, place_deg, velocity_mps);
                 }
                 if self.start_s.is_none() && clock_s > 0.0 {
                     self.start_s = Some(clock_s);
@@ -124,20 +123,14 @@ impl Survey {
         names.iter().find_map(|name| self.parameters.get(*name).copied())
     }
 
-    /// Number of messages of the receiver `instance` in static hold.
-    fn held(&self, instance: usize) -> usize {
-        let others = self.tracks.iter().filter(|(other, _)| **other != instance);
-        let others = others.map(|(_, track)| track);
-        self.tracks.get(&instance).map_or(0, |track| track.held(others))
-    }
-
     /// Chooses the sensors to read; an error message if the wanted instance is missing.
     fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
         let mut chosen = |sensor: &str, messages: &[Message], wanted: (&str, Option<usize>)| {
             let counts = Counts::new(messages.iter().flat_map(|&message| {
                 let found = self.counts.iter().filter(move |((found, _), _)| *found == message);
                 found.map(move |(&(_, instance), &count)| {
-                    let held = if message == Message::Gps { self.held(instance) } else { 0 };
+                    let is_gps = message == Message::Gps;
+                    let held = if is_gps { self.tracks.held(&instance) } else { 0 };
                     ((message, instance), count.without(held))
                 })
             }));

@@ -4,6 +4,9 @@ use super::columns::Reader;
 use super::quantity::Quantity;
 use crate::text::{BaroColumn, BaroUnit};
 
+/// Largest pressure in inches of mercury; the same number of kilopascals is the pressure above 9 km.
+const HIGHEST_INHG: f64 = 31.5;
+
 impl Reader<'_> {
     /// The column of a barometer. It is a height with a barometer's name, otherwise the only height in a file with a
     /// barometer's name, otherwise a pressure. `with_place` means that the file has a receiver's position. Then an
@@ -43,6 +46,7 @@ impl Reader<'_> {
             Some("cm") => BaroUnit::Centimetres,
             Some("hpa") => BaroUnit::Hectopascals,
             Some("kpa") => BaroUnit::Kilopascals,
+            Some("inhg") => BaroUnit::InchesOfMercury,
             Some("pa") => BaroUnit::Pascals,
             Some(unit @ "mm") => {
                 checks.push(format!(
@@ -54,6 +58,14 @@ impl Reader<'_> {
             _ if height.is_some() => BaroUnit::Metres,
             _ if largest > 5_000.0 => BaroUnit::Pascals,
             _ if largest > 150.0 => BaroUnit::Hectopascals,
+            _ if largest < HIGHEST_INHG => {
+                checks.push(format!(
+                    "baro: {} reaches {largest:.2}, read as inHg; if it is in kPa, at heights above 9 km, set unit = \
+                     \"kPa\" under [table.baro]",
+                    self.look.layout.names[column]
+                ));
+                BaroUnit::InchesOfMercury
+            }
             _ => BaroUnit::Kilopascals,
         };
         let is_stated = unit.is_pressure() || self.known.unit(column).is_some();

@@ -10,7 +10,7 @@ use super::names::meaning;
 use super::numbered;
 use super::quantity::Quantity;
 use super::travel::StatedUnits;
-use super::units::GYRO_UNSTATED;
+use super::units::{GYRO_UNSTATED, HIGH_RADPS, RATES};
 use super::unknown_places;
 use super::unnamed;
 use crate::format::Format;
@@ -123,11 +123,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         [table.gyro.is_some(), table.accel.is_some(), table.gravity.is_some()].contains(&true);
     table.time = reader.time(has_motion, &mut checks).ok_or_else(|| LogError::Unusable {
         path: path.to_path_buf(),
-        reason: format!(
-            "found no column that increases like a time, expected numbers, 12:34:56.7 or \
-             2025-07-08T12:34:56.7 in one of {}",
-            look.layout.names.join(", ").chars().take(200).collect::<String>()
-        ),
+        reason: reader.missing_time(),
     })?;
     let count_hz = reader.is_counted.then(|| 1.0 / table.time.unit.seconds());
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
@@ -146,6 +142,27 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
 /// Whether a file is a capture of a receiver, whose fixes need no mapping.
 pub(super) fn is_capture(path: &Path) -> bool {
     path.is_file() && head_of(path).is_ok_and(|head| format_of(&head) == Some(Format::Raw))
+}
+
+/// The check of a gyro whose names state no unit: the highest rate in `unit`, and in every other unit in which it is that
+/// of a vehicle.
+fn unstated_rate(high: f64, unit: RateUnit) -> String {
+    let high_degps = |unit: &RateUnit| (high * unit.factor()).to_degrees();
+    let is_possible = |other: &RateUnit| {
+        // The first reading of a gyro in rad/s is one in °/s, also at rest.
+        let is_usual = high <= 7.0 && *other == RateUnit::DegreesPerSecond;
+        *other != unit && (is_usual || HIGH_RADPS.contains(&(high * other.factor())))
+    };
+    let others = RATES.into_iter().filter(is_possible);
+    let others = others.map(|other| format!("{} ({:.2} deg/s)", other.name(), high_degps(&other)));
+    let others = others.collect::<Vec<_>>().join(" or ");
+    let others = if others.is_empty() { "in another unit".to_owned() } else { others };
+    format!(
+        "{GYRO_UNSTATED} {high:.2}, read as {} ({:.2} deg/s); if they are {others}, set that unit under \
+         [table.gyro]",
+        unit.name(),
+        high_degps(&unit)
+    )
 }
 
 /// One sentence for each name that several columns have.
@@ -196,6 +213,9 @@ impl Reader<'_> {
                 Some("deg/s") => RateUnit::DegreesPerSecond,
                 Some("mrad/s") => RateUnit::MilliradiansPerSecond,
                 Some("mdeg/s") => RateUnit::MillidegreesPerSecond,
+                Some("cdeg/s") => RateUnit::CentidegreesPerSecond,
+                Some("deg/h") => RateUnit::DegreesPerHour,
+                Some("rpm") => RateUnit::RevolutionsPerMinute,
                 // Betaflight and its relatives.
                 None if self.look.layout.names[columns[0]].starts_with("gyroADC") => {
                     let counts_per_unit = self.look.layout.gyro_counts_per_degps.get();
@@ -207,19 +227,14 @@ impl Reader<'_> {
                     return Some(Triad { counts_per_unit, ..triad });
                 }
                 _ => {
-                    let (unit, other) = match high {
+                    let unit = match high {
                         // A rate of 7 rad/s is 400 °/s, a violent turn; 7 °/s is a calm one.
-                        ..=7.0 => (RateUnit::RadiansPerSecond, RateUnit::DegreesPerSecond),
+                        ..=7.0 => RateUnit::RadiansPerSecond,
                         // No gyro measures more than 4000 °/s.
-                        ..=4e3 => (RateUnit::DegreesPerSecond, RateUnit::MilliradiansPerSecond),
-                        _ => (RateUnit::MillidegreesPerSecond, RateUnit::MilliradiansPerSecond),
+                        ..=4e3 => RateUnit::DegreesPerSecond,
+                        _ => RateUnit::MillidegreesPerSecond,
                     };
-                    checks.push(format!(
-                        "{GYRO_UNSTATED} {high:.2}, read as {}; if they are {other}, set unit = \
-                         \"{other}\" under [table.gyro]",
-                        unit.name(),
-                        other = other.name()
-                    ));
+                    checks.push(unstated_rate(high, unit));
                     unit
                 }
             };
@@ -252,6 +267,8 @@ impl Reader<'_> {
                 Some("g") if !(8.0..12.0).contains(&norm) => ForceUnit::Gravity,
                 Some("mg") => ForceUnit::Milligravity,
                 Some("cm/s2") => ForceUnit::CentimetresPerSecondSquared,
+                Some("ft/s2") if norm > 20.0 => ForceUnit::FeetPerSecondSquared,
+                _ if (28.0..37.0).contains(&norm) => ForceUnit::FeetPerSecondSquared,
                 _ if (0.5..2.0).contains(&norm) => ForceUnit::Gravity,
                 _ if (500.0..2000.0).contains(&norm) => ForceUnit::Milligravity,
                 _ => ForceUnit::MetresPerSecondSquared,

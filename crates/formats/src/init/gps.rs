@@ -25,8 +25,14 @@ impl Reader<'_> {
         checks: &mut Vec<String>,
     ) -> Option<(GpsColumns, StatedUnits)> {
         let place = self.place(checks)?;
-        let (height, above) = self.known.height()?;
         let [lat, lon] = place.columns;
+        let Some((height, above)) = self.known.height() else {
+            let [lat, lon] = [lat, lon].map(|column| &self.look.layout.names[column]);
+            checks.push(format!(
+                "gps: {lat} and {lon} have no height among the columns: the receiver is ignored; name a column height"
+            ));
+            return None;
+        };
         let written = match place.unit {
             PlaceUnit::ScaledDegrees => Written::Scaled,
             _ => Written::Plain,

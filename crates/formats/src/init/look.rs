@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::format::Format;
-use crate::recognise::{format_of, head_of, is_text, looks_like};
+use crate::recognise::{format_of, head_of, is_text, is_unmappable, looks_like};
 use crate::text::{Delimiter, Layout, Lines, TimeUnit, decimal, is_comment};
 use hovernav_dataset::statistics::quantile;
 use hovernav_dataset::{LogError, is_unknown};
@@ -256,6 +256,7 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
     }
     let head = head_of(path)?;
     let found = match format_of(&head) {
+        _ if is_unmappable(&head) => looks_like(&head).to_owned(),
         Some(Format::Text) => return Ok(()),
         None if is_text(&head) => return Ok(()),
         Some(format) => format!("{}, which needs no mapping", format.with_article()),

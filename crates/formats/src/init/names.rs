@@ -112,7 +112,10 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
     if quantity == Quantity::FixType && is(&["imu", "ins"]) {
         return None;
     }
-    Some(Meaning { quantity, unit: bracket_unit.or(trailing_unit), estimated })
+    let unit = bracket_unit.or(trailing_unit);
+    // Engines and rotors turn in revolutions per minute too.
+    let is_engine = unit == Some("rpm") && !matches!(quantity, Quantity::Gyro(_));
+    (!is_engine).then_some(Meaning { quantity, unit, estimated })
 }
 
 /// The quantity of a name without an axis.
@@ -138,12 +141,12 @@ fn scalar(name: &str) -> Option<Quantity> {
         "longitudinal" => Q::Stick(1),
         "collective" => Q::Stick(2),
         "pedal" => Q::Stick(3),
-        "vn" | "veln" | "velnedn" | "vnorth" | "velnorth" | "northvelocity" | "velocitynorth"
-        | "velocityn" => Q::Velocity(0),
-        "ve" | "vele" | "velnede" | "veast" | "veleast" | "eastvelocity" | "velocityeast"
-        | "velocitye" => Q::Velocity(1),
-        "vd" | "veld" | "velnedd" | "vdown" | "veldown" | "downvelocity" | "velocitydown"
-        | "velocityd" => Q::Velocity(2),
+        "vn" | "veln" | "velnedn" | "velnedx" | "vnedx" | "vnorth" | "velnorth"
+        | "northvelocity" | "velocitynorth" | "velocityn" => Q::Velocity(0),
+        "ve" | "vele" | "velnede" | "velnedy" | "vnedy" | "veast" | "veleast" | "eastvelocity"
+        | "velocityeast" | "velocitye" => Q::Velocity(1),
+        "vd" | "veld" | "velnedd" | "velnedz" | "vnedz" | "vdown" | "veldown" | "downvelocity"
+        | "velocitydown" | "velocityd" => Q::Velocity(2),
         "vu" | "velu" | "vup" | "velup" | "upvelocity" | "velocityup" | "climb" | "climbrate"
         | "verticalspeed" | "vertspeed" | "vspeed" | "vspd" => Q::Up,
         "speed" | "gspeed" | "groundspeed" | "gndspd" | "sog" | "spd" | "vel" | "velocity" => {
@@ -155,6 +158,11 @@ fn scalar(name: &str) -> Option<Quantity> {
         "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "sigmavertical" => Q::SigmaVertical,
         "sacc" | "speedaccuracy" | "sigmavh" | "velacc" | "sigmaspeed" => Q::SigmaSpeed,
         "sigmavv" => Q::SigmaVerticalSpeed,
+        // The setting of an altimeter, and its height, in the logs of Garmin's G1000.
+        "baroa" => return None,
+        "altb" => Q::BaroHeight,
+        "llaz" | "llhz" => Q::Height(None),
+        "höhe" | "hoehe" => Q::Height(None),
         "fix" | "fixtype" | "fixstatus" | "fixvalid" | "valid" => Q::FixType,
         "numsv" | "nsv" => Q::Satellites,
         _ if has(&["undulation", "geoidsep", "geoidheight", "geoidalsep"]) => Q::Undulation,
@@ -187,8 +195,8 @@ fn coordinate(name: &str) -> Option<Quantity> {
     const OF_PLACES: [&str; 6] = ["location", "position", "coordinate", "pos", "loc", "coord"];
     let name = OF_PLACES.iter().find_map(|begin| name.strip_prefix(begin)).unwrap_or(name);
     match name.trim_end_matches("wgs84").trim_end_matches(|letter: char| letter.is_ascii_digit()) {
-        "lat" | "latitude" => Some(Quantity::Latitude),
-        "lon" | "lng" | "long" | "longitude" => Some(Quantity::Longitude),
+        "lat" | "latitude" | "llax" | "llhx" => Some(Quantity::Latitude),
+        "lon" | "lng" | "long" | "longitude" | "llay" | "llhy" => Some(Quantity::Longitude),
         _ => None,
     }
 }
@@ -332,6 +340,8 @@ mod tests {
             let found = meaning(name, "").unwrap();
             assert_eq!((found.quantity, found.unit), (quantity, Some(unit)), "{name}");
         }
+        assert_eq!(meaning("gyro_x", "[rpm]").unwrap().unit, Some("rpm"));
+        assert_eq!(meaning("throttle_rpm", "").map(|found| found.quantity), None);
         assert_eq!(meaning("gyro_x", "[deg/s]").unwrap().unit, Some("deg/s"));
         assert!(meaning("ekf_roll", "").unwrap().estimated);
     }

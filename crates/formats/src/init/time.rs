@@ -102,6 +102,31 @@ impl Reader<'_> {
         })
     }
 
+    /// The reason why no column is a time.
+    pub(super) fn missing_time(&self) -> String {
+        /// Smallest epoch that single precision rounds to many seconds.
+        const LEAST_S: f64 = 1e9;
+        let names = &self.look.layout.names;
+        let is_rounded = |column: &usize| {
+            let mut values = self.look.known(*column).peekable();
+            values.peek().is_some()
+                && values.all(|value| value > LEAST_S && f64::from(value as f32) == value)
+        };
+        let mut times = (0..names.len()).filter(|&column| self.is(column, Quantity::Time));
+        match times.find(is_rounded) {
+            Some(column) => format!(
+                "{} is rounded to single precision, which states an epoch only to 128 s: write it in double \
+                 precision",
+                names[column]
+            ),
+            None => format!(
+                "found no column that increases like a time, expected numbers, 12:34:56.7 or \
+                 2025-07-08T12:34:56.7 in one of {}",
+                names.join(", ").chars().take(200).collect::<String>()
+            ),
+        }
+    }
+
     /// The column of the time, by name: one that rises on every row, otherwise one that repeats values, otherwise one
     /// of dates. Without such a name it is the first column, if its name is not recognised and it rises. A column that
     /// counts is the last choice; then any column that is not recognised and rises evenly is a time.

@@ -276,3 +276,18 @@ pub(super) fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
     }
     steady(ratios, 0.67..1.5)
 }
+
+/// Whether the heights of `fixes` change by more than they scatter.
+pub(super) fn climbs(fixes: &[Fix]) -> bool {
+    /// Number of successive fixes whose median is one height.
+    const PART: usize = 10;
+    /// Smallest range of the heights, in their median distance from the median of their part.
+    const LEAST: f64 = 10.0;
+    let heights: Vec<f64> = fixes.iter().map(|fix| fix.position.height_m).collect();
+    let parts: Vec<f64> = heights.chunks(PART).map(|part| median(part.to_vec())).collect();
+    let off = heights.iter().enumerate().map(|(at, height)| (height - parts[at / PART]).abs());
+    let scatter = median(off.collect());
+    let (low, high) = (parts.iter())
+        .fold((f64::MAX, f64::MIN), |(low, high), height| (low.min(*height), high.max(*height)));
+    high - low > LEAST * scatter
+}

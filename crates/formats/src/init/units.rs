@@ -25,10 +25,12 @@ const CLIMBS: [SpeedUnit; 5] = [
     SpeedUnit::FeetPerSecond,
     SpeedUnit::FeetPerMinute,
 ];
-const RATES: [RateUnit; 4] = [
+/// Units of gyros whose names do not state them.
+pub(super) const RATES: [RateUnit; 5] = [
     RateUnit::RadiansPerSecond,
     RateUnit::DegreesPerSecond,
     RateUnit::MilliradiansPerSecond,
+    RateUnit::CentidegreesPerSecond,
     RateUnit::MillidegreesPerSecond,
 ];
 
@@ -199,7 +201,11 @@ pub(super) fn settle_by_filter(
     if as_read.found.score < DISAGREES && gyro == Some(RateUnit::DegreesPerSecond) {
         checks.retain(|check| !check.starts_with(GYRO_UNSTATED));
     }
-    let heights = if known.height { &[1.0][..] } else { &[1.0, foot] };
+    // Heights that fit as read need no other unit, and heights that only scatter have none: a smaller unit makes their
+    // innovations smaller in any case.
+    let climbs = travel::climbs(&dataset.fixes);
+    let is_height_tried = !known.height && climbs && as_read.found.height_score >= turn::DISAGREES;
+    let heights = if is_height_tried { &[1.0, foot][..] } else { &[1.0] };
     let factor = gyro.map_or(1.0, RateUnit::factor);
     let mut tried = vec![as_read];
     for &height in heights {
@@ -217,7 +223,8 @@ pub(super) fn settle_by_filter(
         tried.iter().any(|one| one.rate != rate && one.found.score > DECISIVE * found.score);
     // Heights in feet that are read as metres would move by 3.28 times what the inertial samples measure. The heights as
     // read are in metres if they fit, but would not fit at 3.28 times their size.
-    let is_height_found = found.height_score < FITS
+    let is_height_found = climbs
+        && found.height_score < FITS
         && (height != 1.0 || {
             let larger = Tried::with(dataset, 1.0 / foot, rate);
             larger.found.height_score > DECISIVE * found.height_score.max(1.0)
@@ -265,11 +272,12 @@ fn unknown_height(gps: &GpsColumns, dataset: &Dataset) -> String {
 /// Beginning of the check of a gyro whose unit is not stated.
 pub(super) const GYRO_UNSTATED: &str = "gyro: rates reach";
 
+/// The 99th percentile of the rate of a vehicle that flies, rad/s: from a calm hover to the limit of gyros.
+pub(super) const HIGH_RADPS: std::ops::Range<f64> = 0.03..40.0;
+
 /// The units, other than `unit`, with which the highest rates of `dataset` are those of a vehicle. The dataset was read
 /// in `unit`.
 fn possible_rates(dataset: &Dataset, unit: RateUnit) -> Vec<RateUnit> {
-    /// The 99th percentile of the rate of a vehicle that flies, rad/s: from a calm hover to the limit of gyros.
-    const HIGH_RADPS: std::ops::Range<f64> = 0.03..40.0;
     let rate = |motion: &Motion| match motion {
         Motion::Rates { angular_rate_radps, .. } => angular_rate_radps.norm(),
         Motion::Increments { .. } => f64::NAN,

@@ -18,7 +18,7 @@ use hovernav::gps::{
 };
 use hovernav::time::Time;
 use hovernav_dataset::utc::moment;
-use hovernav_dataset::{Dimensions, LogError, Manifest, StatedFix};
+use hovernav_dataset::{Dimensions, LogError, Manifest, StatedFix, is_unknown};
 
 const DAY_NS: i64 = 86_400_000_000_000;
 
@@ -284,10 +284,6 @@ fn gather(
             None => 1.0,
         };
         before = fix.time.map(|_| fix).or(before);
-        if let Some(failure) = quality.check(fix).iter().next() {
-            let (count, _) = poor.get_or_insert_with(|| (0, failure.to_string()));
-            *count += 1;
-        }
         above_sea += usize::from(fix.height_m.is_none() && fix.altitude_msl_m.is_some());
         let time = Time::try_from_seconds(seconds).unwrap_or_default();
         if let Some(ReceiverTime::Gps { time_of_week_ns, .. }) = fix.time {
@@ -296,10 +292,13 @@ fn gather(
         }
         let vector = |of: Option<Vector<Ned>>| of.map_or([f64::NAN; 3], Vector::to_array);
         let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
+        // A value for unknown heights is no longer one after the separation of the geoid is added.
+        let is_unknown_msl = fix.altitude_msl_m.is_some_and(is_unknown);
+        let height_m = fix.height_m.or(fix.altitude_msl_m).filter(|_| !is_unknown_msl);
         let position = [
             fix.latitude_rad.to_degrees(),
             fix.longitude_rad.to_degrees(),
-            fix.height_m.or(fix.altitude_msl_m).unwrap_or(f64::NAN),
+            height_m.unwrap_or(f64::NAN),
         ];
         let stated = StatedFix {
             dimensions: match fix.dimension {
@@ -313,7 +312,12 @@ fn gather(
             satellites: fix.satellites.map_or(f64::NAN, f64::from),
             ..StatedFix::at(Some(time), position)
         };
-        assembly.fix(*place, stated);
+        if assembly.fix(*place, stated)
+            && let Some(failure) = quality.check(fix).iter().next()
+        {
+            let (count, _) = poor.get_or_insert_with(|| (0, failure.to_string()));
+            *count += 1;
+        }
     }
     for (place, ReceiverHeading { time_of_week_ms, heading }) in headings {
         // A heading without a fix of its epoch has no time on this clock.

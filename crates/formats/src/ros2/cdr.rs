@@ -5,7 +5,7 @@
 //! and Dynamic Topic Types for DDS*, section 7.6.3 (the encapsulation header).
 
 /// A message that is read forward. A read beyond its end returns `None`, also if a length field is wrong.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Cdr<'a> {
     body: &'a [u8],
     at: usize,

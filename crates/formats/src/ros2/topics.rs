@@ -7,13 +7,14 @@ use mcap::records::{Channel, Record};
 
 use super::cdr::Cdr;
 use super::container::{ChannelId, for_each_record, unpacked_message};
-use super::message::{Kind, header, is_good};
+use super::message::{Kind, fix_of, header, is_good};
 use super::topic::{Stamps, Topic};
 use super::velocity;
 use crate::assembly::Assembly;
 use crate::choice::{Counts, Tally, listed};
 use crate::damages::Damages;
 use crate::log::Options;
+use crate::receivers::Tracks;
 use crate::window::Input;
 use hovernav_dataset::LogError;
 
@@ -154,6 +155,7 @@ fn survey(inputs: &[Input<'_>]) -> Result<(Vec<Topic>, BTreeSet<String>, Damages
     let mut channels: BTreeMap<ChannelId, (u16, String, bool)> = BTreeMap::new();
     // Per channel: time stamps, and the frame of the first message.
     let mut stamps: BTreeMap<ChannelId, (Stamps, String)> = BTreeMap::new();
+    let mut tracks: Tracks<ChannelId> = Tracks::default();
     // The file repeats its channels at the end, in case the first description is damaged.
     let damages = for_each_record(inputs, |file, record, _| match record {
         Record::Schema { header, .. } => {
@@ -173,6 +175,14 @@ fn survey(inputs: &[Input<'_>]) -> Result<(Vec<Topic>, BTreeSet<String>, Damages
             let header = cdr.as_mut().and_then(header);
             let channel = (file, sent.channel_id);
             let kind = channels.get(&channel).and_then(|(schema, ..)| kinds.get(&(file, *schema)));
+            if let (Some(kind @ (Kind::Fix | Kind::GpsFix)), Some(cdr)) = (kind, &cdr)
+                && let Some(fix) = fix_of(*kind, &mut cdr.clone())
+            {
+                let speed_mps = fix.motion.map_or(f64::NAN, |[speed_mps, ..]| speed_mps);
+                let place_deg = [fix.latitude_deg, fix.longitude_deg];
+                let time_s = 1e-9 * sent.log_time as f64;
+                tracks.push(channel, time_s, place_deg, [speed_mps, f64::NAN]);
+            }
             let is_good = kind.zip(cdr.as_mut()).is_none_or(|(kind, cdr)| is_good(*kind, cdr));
             let (stamps, _) = stamps.entry(channel).or_insert_with(|| {
                 let frame = header.map_or(&b""[..], |header| header.frame);
@@ -187,7 +197,8 @@ fn survey(inputs: &[Input<'_>]) -> Result<(Vec<Topic>, BTreeSet<String>, Damages
     for (channel, (schema, name, is_cdr)) in channels {
         let kind = kinds.get(&(channel.0, schema)).filter(|_| is_cdr);
         match (kind, stamps.remove(&channel)) {
-            (Some(&kind), Some((stamps, frame))) => {
+            (Some(&kind), Some((mut stamps, frame))) => {
+                stamps.good = stamps.good.saturating_sub(tracks.held(&channel));
                 let topic = topics.entry((name.clone(), kind)).or_insert_with(|| Topic {
                     channels: Vec::new(),
                     name,

@@ -86,7 +86,9 @@ impl GpsPlaces {
         let above = match mapping.height_above {
             HeightAbove::Ellipsoid => 0.0,
             HeightAbove::Sea => match self.geoid_separation {
-                Some(column) => fields.number(column)? * mapping.height_unit.factor(),
+                Some(column) => {
+                    unknown_as_nan(fields.number(column)?) * mapping.height_unit.factor()
+                }
                 None => mapping.geoid_separation_m,
             },
         };

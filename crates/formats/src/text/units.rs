@@ -46,6 +46,12 @@ units! {
         MilliradiansPerSecond = "mrad/s", 1e-3;
         /// Thousandths of a degree per second.
         MillidegreesPerSecond = "mdeg/s", PI / 180_000.0;
+        /// Hundredths of a degree per second.
+        CentidegreesPerSecond = "cdeg/s", PI / 18_000.0;
+        /// Degrees per hour.
+        DegreesPerHour = "deg/h", PI / 648_000.0;
+        /// Revolutions per minute.
+        RevolutionsPerMinute = "rpm", PI / 30.0;
         /// Radians turned since the row before.
         Radians = "rad", 1.0;
         /// Degrees turned since the row before.
@@ -65,6 +71,8 @@ units! {
         Milligravity = "mg", STANDARD_GRAVITY_MPS2 * 1e-3;
         /// Centimetres per second squared.
         CentimetresPerSecondSquared = "cm/s2", 1e-2;
+        /// Feet per second squared.
+        FeetPerSecondSquared = "ft/s2", 0.3048;
         /// Velocity gained since the row before, metres per second.
         MetresPerSecond = "m/s", 1.0;
     }
@@ -196,6 +204,8 @@ units! {
         Hectopascals = "hPa", 1e2;
         /// Kilopascals.
         Kilopascals = "kPa", 1e3;
+        /// Inches of mercury.
+        InchesOfMercury = "inHg", 3386.389;
     }
 }
 
@@ -230,7 +240,10 @@ impl BaroUnit {
     /// Whether the unit is one of pressure.
     #[must_use]
     pub const fn is_pressure(self) -> bool {
-        matches!(self, Self::Pascals | Self::Hectopascals | Self::Kilopascals)
+        matches!(
+            self,
+            Self::Pascals | Self::Hectopascals | Self::Kilopascals | Self::InchesOfMercury
+        )
     }
 }
 

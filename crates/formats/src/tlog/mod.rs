@@ -15,6 +15,7 @@ use crate::format::Format;
 use crate::integrals::remark_points;
 use crate::latency::USUAL_LATENCY_S;
 use crate::log::{Log, Options};
+use crate::receivers::Tracks;
 use crate::window::Input;
 use frames::{Damages, Frame};
 use hovernav_dataset::utc::moment;
@@ -26,6 +27,8 @@ use rows::Rows;
 #[derive(Debug, Default)]
 struct Survey {
     counts: BTreeMap<((u8, u8), Message), Tally>,
+    /// Readings of the receivers of each sender.
+    tracks: BTreeMap<(u8, u8), Tracks<Message>>,
     /// UTC of the zero of the autopilot's clock, s since 1970, from SYSTEM_TIME.
     boot_s: Option<f64>,
     first_stamp_s: Option<f64>,
@@ -100,6 +103,11 @@ impl Survey {
         let key = (frame.sender, frame.message);
         if self.counts.len() < MOST_SENDERS || self.counts.contains_key(&key) {
             self.counts.entry(key).or_default().count(frame.is_good(), &[]);
+            if matches!(frame.message, Message::GpsRaw | Message::Gps2Raw) {
+                let [time_s, lat, lon, _, speed_mps, ..] = frame.row;
+                let tracks = self.tracks.entry(frame.sender).or_default();
+                tracks.push(frame.message, time_s, [lat, lon], [speed_mps, f64::NAN]);
+            }
         }
         self.first_stamp_s.get_or_insert(frame.stamp_s);
         if frame.message == Message::SystemTime && frame.row[1] > 0.0 {
@@ -128,7 +136,8 @@ impl Survey {
             |sensor: &str, messages: &[(Message, usize)], wanted: (&str, Option<usize>)| {
                 let counts = Counts::new(messages.iter().map(|&(message, instance)| {
                     let count = self.counts.get(&(sender, message)).copied().unwrap_or_default();
-                    ((message, instance), count)
+                    let held = self.tracks.get(&sender).map_or(0, |tracks| tracks.held(&message));
+                    ((message, instance), count.without(held))
                 }));
                 let name = |(message, _): (Message, usize)| message.name().to_owned();
                 let taken = counts.choose(wanted, |(_, instance)| instance, name);

@@ -38,7 +38,7 @@ impl Choice {
             let counts = Counts::new(topics.into_iter().flat_map(|topic| {
                 let all = survey.counts.iter();
                 all.filter(move |((found, _), _)| *found == topic)
-                    .map(|(&key, &count)| (key, count.without(survey.held(key))))
+                    .map(|(&key, &count)| (key, count.without(survey.tracks.held(&key))))
             }));
             let name = |(topic, instance): (Topic, u8)| format!("{} {instance}", topic.name());
             match counts.choose(wanted, |(_, instance)| instance.into(), name) {

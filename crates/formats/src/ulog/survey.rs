@@ -8,7 +8,7 @@ use super::messages::Messages;
 use super::rows::place_deg;
 use super::topics::Topic;
 use crate::choice::{Tally, is_alive, is_fix};
-use crate::receivers::Track;
+use crate::receivers::Tracks;
 use hovernav_dataset::Dimensions;
 
 /// Contents of a ULog file.
@@ -17,7 +17,7 @@ pub(super) struct Survey {
     /// Number of messages of each topic and instance that is read.
     pub counts: BTreeMap<(Topic, u8), Tally>,
     /// Readings of the receivers.
-    tracks: BTreeMap<(Topic, u8), Track>,
+    pub tracks: Tracks<(Topic, u8)>,
     /// Last values of numeric parameters.
     pub parameters: HashMap<String, f64>,
     /// Information about the vehicle, such as `ver_hw`.
@@ -52,8 +52,8 @@ impl Survey {
                         if matches!(topic, Topic::VehicleGps | Topic::SensorGps) {
                             let is_valid = row[12] != 0.0;
                             let velocity = if is_valid { [row[9], row[10]] } else { [f64::NAN; 2] };
-                            let track = survey.tracks.entry((topic, instance)).or_default();
-                            track.push(1e-6 * row[0], place_deg(&row), velocity);
+                            let receiver = (topic, instance);
+                            survey.tracks.push(receiver, 1e-6 * row[0], place_deg(&row), velocity);
                         }
                     }
                     true
@@ -75,13 +75,6 @@ impl Survey {
             }
         }
         Ok(survey)
-    }
-
-    /// Number of messages of a receiver in static hold.
-    pub fn held(&self, key: (Topic, u8)) -> usize {
-        let others = self.tracks.iter().filter(|(other, _)| **other != key);
-        let others = others.map(|(_, track)| track);
-        self.tracks.get(&key).map_or(0, |track| track.held(others))
     }
 
     fn parameter(&mut self, body: &[u8]) -> Option<()> {

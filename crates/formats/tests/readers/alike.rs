@@ -6,6 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use hovernav_dataset::Dataset;
+use hovernav_findings::check_setup;
 use hovernav_formats::{Options, Proposal, open};
 use tempfile::TempDir;
 
@@ -19,6 +20,10 @@ pub struct Row {
     pub lat_deg: f64,
     pub lon_deg: f64,
     pub height_m: f64,
+    /// Velocity north, m/s; the others are 0. NaN if the log has no velocity.
+    pub north_mps: f64,
+    /// Number of the receiver, 0 or 1; datasets have one.
+    pub receiver: usize,
 }
 
 /// Samples at rest at the times `samples_s`, and fixes, in the order of the file: a fix follows the sample before it.
@@ -38,8 +43,18 @@ impl Flight {
             lat_deg: 47.0 + 1e-6 * f64::from(k),
             lon_deg: 8.0,
             height_m: 400.0 + 0.1 * f64::from(k),
+            north_mps: f64::NAN,
+            receiver: 0,
         });
         Self { samples_s, fixes: fixes.collect() }
+    }
+
+    fn has_velocity(&self) -> bool {
+        self.fixes.iter().any(|row| row.north_mps.is_finite())
+    }
+
+    fn has_two_receivers(&self) -> bool {
+        self.fixes.iter().any(|row| row.receiver > 0)
     }
 
     /// Passes samples and fixes to `sample` and `fix`, in the order of the file.
@@ -93,13 +108,22 @@ pub fn written(flight: &Flight, format: &'static str) -> Written {
 /// Writes `imu.csv` and `gps.csv` to `folder`; `time` and `accelerations` are the names of those columns.
 pub fn tables(flight: &Flight, folder: &Path, time: &str, accelerations: &str) -> [PathBuf; 2] {
     let mut imu = format!("{time},gyro_x_radps,gyro_y_radps,gyro_z_radps,{accelerations}\n");
-    let mut gps = format!("{time},lat_deg,lon_deg,height_m,fix_type\n");
+    let mut gps = format!("{time},lat_deg,lon_deg,height_m,fix_type");
+    gps += if flight.has_velocity() { ",vn_mps,ve_mps,vd_mps" } else { "" };
+    gps += if flight.has_two_receivers() { ",I\n" } else { "\n" };
     flight.each(
         |t| writeln!(imu, "{t:.6},0.001,0,0,0.01,0,-9.81").unwrap(),
         |row| {
-            let Row { time_s, has_fix, lat_deg, lon_deg, height_m } = row;
+            let Row { time_s, has_fix, lat_deg, lon_deg, height_m, north_mps, receiver } = row;
             let fix_type = if *has_fix { 3 } else { 0 };
-            writeln!(gps, "{time_s:.6},{lat_deg},{lon_deg},{height_m},{fix_type}").unwrap();
+            write!(gps, "{time_s:.6},{lat_deg},{lon_deg},{height_m},{fix_type}").unwrap();
+            if flight.has_velocity() {
+                write!(gps, ",{north_mps},0,0").unwrap();
+            }
+            if flight.has_two_receivers() {
+                write!(gps, ",{receiver}").unwrap();
+            }
+            gps.push('\n');
         },
     );
     let files = [folder.join("imu.csv"), folder.join("gps.csv")];
@@ -122,7 +146,7 @@ pub fn dataflash(flight: &Flight) -> String {
     let mut lines = String::from(
         "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n\
          FMT, 129, 40, IMU, QBffffffBB, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,GH,AH\n\
-         FMT, 130, 50, GPS, QBIHLLe, TimeUS,Status,GMS,GWk,Lat,Lng,Alt\n",
+         FMT, 130, 60, GPS, QBBIHLLefff, TimeUS,I,Status,GMS,GWk,Lat,Lng,Alt,Spd,GCrs,VZ\n",
     );
     let text = std::cell::RefCell::new(&mut lines);
     flight.each(
@@ -132,11 +156,12 @@ pub fn dataflash(flight: &Flight) -> String {
                 .unwrap();
         },
         |row| {
-            let Row { time_s, has_fix, lat_deg, lon_deg, height_m } = row;
+            let Row { time_s, has_fix, lat_deg, lon_deg, height_m, north_mps, receiver } = row;
             let (us, status) = (1e6 * time_s, if *has_fix { 3 } else { 1 });
+            let down_mps = 0.0 * north_mps;
             writeln!(
                 text.borrow_mut(),
-                "GPS, {us:.0}, {status}, 0, 0, {lat_deg}, {lon_deg}, {height_m}"
+                "GPS, {us:.0}, {receiver}, {status}, 0, 0, {lat_deg}, {lon_deg}, {height_m}, {north_mps}, 0, {down_mps}"
             )
             .unwrap();
         },
@@ -156,12 +181,16 @@ pub fn ulog(flight: &Flight) -> Vec<u8> {
     for definition in [
         "sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
         "vehicle_gps_position:uint64_t timestamp;double latitude_deg;double longitude_deg;\
-         double altitude_ellipsoid_m;double altitude_msl_m;uint8_t fix_type;",
+         double altitude_ellipsoid_m;double altitude_msl_m;float vel_n_m_s;float vel_e_m_s;\
+         float vel_d_m_s;bool vel_ned_valid;uint8_t fix_type;",
     ] {
         log.extend(message(b'F', definition.as_bytes()));
     }
     log.extend(message(b'A', b"\x00\x00\x00sensor_combined"));
     log.extend(message(b'A', b"\x00\x01\x00vehicle_gps_position"));
+    if flight.has_two_receivers() {
+        log.extend(message(b'A', b"\x01\x02\x00vehicle_gps_position"));
+    }
     let bytes = std::cell::RefCell::new(&mut log);
     flight.each(
         |t| {
@@ -171,10 +200,12 @@ pub fn ulog(flight: &Flight) -> Vec<u8> {
             bytes.borrow_mut().extend(message(b'D', &row));
         },
         |fix| {
-            let mut row = vec![1, 0];
+            let mut row = vec![1 + fix.receiver as u8, 0];
             row.extend(((1e6 * fix.time_s) as u64).to_le_bytes());
             let place = [fix.lat_deg, fix.lon_deg, fix.height_m, fix.height_m];
             row.extend(place.map(f64::to_le_bytes).concat());
+            row.extend([fix.north_mps as f32, 0.0, 0.0].map(f32::to_le_bytes).concat());
+            row.push(u8::from(fix.north_mps.is_finite()));
             row.push(if fix.has_fix { 3 } else { 1 });
             bytes.borrow_mut().extend(message(b'D', &row));
         },
@@ -200,10 +231,15 @@ fn tlog(flight: &Flight) -> Vec<u8> {
             {
                 payload[at..at + 4].copy_from_slice(&(value as i32).to_le_bytes());
             }
-            // Course and speed are unknown.
-            payload[24..28].fill(0xFF);
-            payload[28..30].copy_from_slice(&[if row.has_fix { 3 } else { 1 }, 12]);
-            log.borrow_mut().extend(frame(stamp(row.time_s), 0, 24, 24, &payload));
+            // GPS2_RAW has four more bytes before the accuracies. Course and speed may be unknown.
+            let (message, seed, at) = if row.receiver == 0 { (24, 24, 24) } else { (124, 87, 28) };
+            payload[at..at + 4].fill(0xFF);
+            if row.north_mps.is_finite() {
+                let [low, high] = ((1e2 * row.north_mps) as u16).to_le_bytes();
+                payload[at..at + 4].copy_from_slice(&[low, high, 0, 0]);
+            }
+            payload[at + 4..at + 6].copy_from_slice(&[if row.has_fix { 3 } else { 1 }, 12]);
+            log.borrow_mut().extend(frame(stamp(row.time_s), 0, message, seed, &payload));
         },
     );
     log.into_inner()
@@ -218,7 +254,8 @@ pub fn mcap(flight: &Flight) -> Vec<u8> {
         writer.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap()
     };
     let imu = channel("/imu", "sensor_msgs/msg/Imu");
-    let fix = channel("/fix", "sensor_msgs/msg/NavSatFix");
+    let fixes = ["/fix", "/fix_2"].map(|topic| channel(topic, "sensor_msgs/msg/NavSatFix"));
+    let velocity = channel("/fix/velocity", "geometry_msgs/msg/TwistStamped");
     let writer = std::cell::RefCell::new(writer);
     let send = |channel_id: u16, t: f64, body: &[u8]| {
         let ns = (1e9 * t) as u64;
@@ -253,7 +290,11 @@ pub fn mcap(flight: &Flight) -> Vec<u8> {
             body.extend(doubles(&[row.lat_deg, row.lon_deg, row.height_m]));
             body.extend(doubles(&[0.0; 9]));
             body.push(0);
-            send(fix, row.time_s, &body);
+            send(fixes[row.receiver], row.time_s, &body);
+            if row.north_mps.is_finite() {
+                let twist = doubles(&[0.0, row.north_mps, 0.0, 0.0, 0.0, 0.0]);
+                send(velocity, row.time_s, &twist);
+            }
         },
     );
     let mut writer = writer.into_inner();
@@ -334,5 +375,25 @@ fn a_fix_repeated_on_every_row_is_one_fix_in_every_format() {
     for format in FORMATS {
         let dataset = written(&flight, format).read();
         assert_eq!(dataset.fixes.len(), 20, "{format}: {:?}", dataset.warnings);
+    }
+}
+
+#[test]
+fn velocities_of_zero_while_positions_move_are_found_in_every_format() {
+    let mut flight = Flight::at_rest(1.0);
+    flight.samples_s = (0..3000).map(|k| 1.0 + 0.02 * f64::from(k)).collect();
+    let first = flight.fixes[0];
+    let row = |k: u32| {
+        let since_s = 0.2 * f64::from(k);
+        let (time_s, lat_deg) = (1.01 + since_s, 47.0 + 2e-5 * since_s);
+        Row { time_s, lat_deg, north_mps: 0.0, ..first }
+    };
+    flight.fixes = (0..300).map(row).collect();
+    for format in FORMATS {
+        let dataset = written(&flight, format).read();
+        assert_eq!(dataset.fixes.len(), 300, "{format}: {:?}", dataset.warnings);
+        let found: Vec<String> = check_setup(&dataset).iter().map(ToString::to_string).collect();
+        let is_told = found.iter().any(|found| found.contains("exactly 0"));
+        assert!(is_told, "{format}: {found:?}");
     }
 }

@@ -113,6 +113,11 @@ fn unpacked(folder: &Path, packed: &[u8]) -> Dataset {
 #[test]
 fn a_packed_file_is_read_up_to_its_damage() {
     let folder = tempfile::tempdir().unwrap();
+    let packed = compress_to_vec(&mcap(&Flight::at_rest(1.0))[..], CompressionLevel::Fastest);
+    let short = folder.path().join("short.mcap.zstd");
+    fs::write(&short, &packed[..500]).unwrap();
+    let error = open(&short, &Options::default()).unwrap_err().to_string();
+    assert!(error.contains("the zstd file is cut off"), "{error}");
     for bytes in [plain(&Flight::at_rest(1.0), |_| Vec::new()), mcap(&Flight::at_rest(1.0))] {
         let packed = compress_to_vec(&bytes[..], CompressionLevel::Fastest);
         let cut = &packed[..packed.len() * 9 / 10];

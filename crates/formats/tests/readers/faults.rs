@@ -257,3 +257,15 @@ fn a_table_that_is_no_text_is_named() {
         assert!(error.contains(&format!("imu.csv: found {expected}")), "{error}");
     }
 }
+
+#[test]
+fn a_line_without_end_costs_only_itself() {
+    let flight = Flight::at_rest(1.0);
+    let whole = dataflash(&flight);
+    let lines: Vec<&str> = whole.lines().collect();
+    let long = format!("IMU, {}", "1".repeat(100_000));
+    let text = [&lines[..200], &[&long], &lines[200..]].concat().join("\n") + "\n";
+    let log = open_bytes(text.as_bytes(), "flight.log".as_ref(), &Options::default()).unwrap();
+    assert_eq!(log.dataset.imu.len(), 1000, "{:?}", log.dataset.warnings);
+    assert!(warns(&log.dataset, "line of more than 16384 bytes; ignored"));
+}

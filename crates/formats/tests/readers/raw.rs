@@ -3,7 +3,7 @@
 use std::fs;
 
 use approx::assert_abs_diff_eq;
-use hovernav_formats::{Format, Options, open};
+use hovernav_formats::{Format, Options, open, open_bytes};
 use hovernav_testing::shared;
 use serde_json::Value;
 
@@ -103,4 +103,42 @@ fn every_complete_packet_of_a_dmu_stream_gets_its_time() {
     assert!(damaged.imu.len() <= intact && damaged.imu.len() + 5 > intact);
     let span_s = damaged.imu[damaged.imu.len() - 1].time - damaged.imu[0].time;
     assert_abs_diff_eq!(span_s, 9.97, epsilon = 0.2);
+}
+
+/// A NMEA 0183 sentence with its checksum.
+fn sentence(body: &str) -> String {
+    let sum = body.bytes().fold(0, |sum, byte| sum ^ byte);
+    format!("${body}*{sum:02X}\r\n")
+}
+
+#[test]
+fn a_capture_passes_the_gate_of_every_format() {
+    // Of 20 epochs, three at zero, one without a height, one with a value for unknown heights.
+    let epoch = |k: u32| {
+        let (lat, lon) =
+            if k < 3 { ("0000.0000", "00000.0000") } else { ("4700.0000", "00830.0000") };
+        let height = match k {
+            5 => "",
+            7 => "-9999.0",
+            _ => "400.0",
+        };
+        let time = format!("1200{k:02}.00");
+        sentence(&format!("GPGGA,{time},{lat},N,{lon},E,1,12,0.8,{height},M,47.0,M,,"))
+            + &sentence(&format!("GPRMC,{time},A,{lat},N,{lon},E,0.30,,080725,,,A"))
+    };
+    let text: String = (0..20).map(epoch).collect();
+    let log = open_bytes(text.as_bytes(), "flight.nmea".as_ref(), &Options::default()).unwrap();
+    let (fixes, warnings) = (&log.dataset.fixes, &log.dataset.warnings);
+    assert_eq!(fixes.len(), 17, "{warnings:?}");
+    let flat: Vec<usize> = (0..17).filter(|&index| fixes[index].two_dimensional).collect();
+    assert_eq!(flat, [2, 4], "{warnings:?}");
+    for fix in fixes {
+        assert_abs_diff_eq!(fix.position.height_m, 447.0, epsilon = 1e-6);
+        // The speed of a receiver at rest, without a course.
+        assert_eq!(fix.horizontal_velocity_mps, Some([0.0; 2]));
+        assert!(fix.velocity_sigma_mps.is_some_and(|sigma| sigma.x() > 0.15), "{fix:?}");
+    }
+    let told = |words: &str| warnings.iter().any(|warning| warning.contains(words));
+    assert!(told("3 rows") && told("latitude and longitude are 0"), "{warnings:?}");
+    assert!(!told("jumped 5"), "{warnings:?}");
 }
