@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     crate::stop::after(arguments.duration, &stop);
     let (sender, notifications) = sync_channel(LINES);
     // Only this thread writes to the terminal during the flight: a stuck terminal must not block the flight.
-    let recording = format!("recording to {}", record.display());
+    let recording = format!("record: {}", record.display());
     let opening: Vec<String> = remark.into_iter().chain([recording]).collect();
     let printer = thread::spawn(move || print(&opening, &notifications));
     let report = fly(&config, &record, &Clock::start(), &stop, sender)

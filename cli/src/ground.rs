@@ -12,6 +12,7 @@ use hovernav_ground::frames::Rigging;
 use hovernav_ground::link::{Link, Source};
 use hovernav_ground::server::{Access, Bound, ServerConfig};
 use hovernav_ground::station::Station;
+use hovernav_ground::tiles::Tiles;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::arguments::read_fly_config;
@@ -32,6 +33,9 @@ pub struct Arguments {
     /// The directory of the records
     #[arg(long, value_name = "DIR", default_value = "records")]
     folder: PathBuf,
+    /// A directory of map tiles, z/x/y.png, .jpg or .webp in Web Mercator, drawn below the track
+    #[arg(long, value_name = "DIR")]
+    tiles: Option<PathBuf>,
     /// Start a recording at once, under this name
     #[arg(long, value_name = "NAME")]
     record: Option<String>,
@@ -82,6 +86,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     manifest.imu.heading_reference = HeadingReference::True;
     let folder = Folder::open(&arguments.folder)
         .with_context(|| format!("cannot create {}", arguments.folder.display()))?;
+    let tiles = match &arguments.tiles {
+        Some(root) => {
+            Some(Tiles::open(root).with_context(|| format!("--tiles {}", root.display()))?)
+        }
+        None => None,
+    };
     let protocol = arguments.protocol.map(|protocol| match protocol {
         ProtocolArgument::Frames => Protocol::Frames,
         ProtocolArgument::Mavlink => Protocol::Mavlink,
@@ -99,7 +109,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let page_token = access.token().map(|token| format!("#token={token}")).unwrap_or_default();
     let address = SocketAddr::new(arguments.address, arguments.port);
     let command = std::env::current_exe().ok();
-    let config = ServerConfig { address, access, folder, command, manifest, fence };
+    let config = ServerConfig { address, access, folder, command, manifest, fence, tiles };
     let bound = Bound::new(config, Arc::clone(&station))
         .with_context(|| format!("cannot serve at {address}"))?;
     let _link = match &arguments.link {

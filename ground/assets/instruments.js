@@ -1,6 +1,6 @@
 // Attitude and heading on canvases, and their numbers.
 
-import { known, now, told, write } from "./station.js";
+import { known, now, write } from "./station.js";
 import { fresh, radians, style, unknown } from "./canvas.js";
 
 export function attitude(canvas) {
@@ -85,8 +85,9 @@ export function heading(canvas) {
 }
 
 export function angles(node) {
-  const of = (name) => told(name, now.get(name));
-  const [roll, pitch, yaw] = ["roll_deg", "pitch_deg", "yaw_deg"].map(of);
+  // Fewer decimals than in the plots: one line, and digits that can be read while they change.
+  const of = (name, digits = 1) => known(now.get(name)) ? now.get(name).toFixed(digits) : "–";
+  const [roll, pitch, yaw] = [of("roll_deg"), of("pitch_deg"), known(now.get("yaw_deg")) ? String((Math.round(now.get("yaw_deg")) + 360) % 360) : "–"];
   // Other vehicles report only their altitude above sea level.
   const height = known(now.get("height_m")) || !known(now.get("altitude_m")) ? `height ${of("height_m")} m` : `altitude ${of("altitude_m")} m`;
   write(node, `roll ${roll}°  pitch ${pitch}°  heading ${yaw}°  ${height}`);

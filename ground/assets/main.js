@@ -4,7 +4,8 @@ import { ask, clock, connect, element, now, on, time, write } from "./station.js
 import { Board, MOST, axis, dragPans, follow, forget, hideAll, onMoved, pause, range, rebuild, seriesOf, setMarkers, shift, stay, watch, zoom } from "./plots.js";
 import { choose, question, say } from "./chooser.js";
 import { angles, attitude, heading } from "./instruments.js";
-import { map, turnColours, turnExtent } from "./map.js";
+import { drawn, map, turnColours, turnExtent } from "./map.js";
+import { cornerOf, tileAt } from "./tiles.js";
 import { clear, hover } from "./panels.js";
 import { turnSound } from "./warning.js";
 import * as records from "./records.js";
@@ -187,4 +188,4 @@ paint();
 connect();
 // For the tests.
 const fixed = () => boards.plots.plots.map((plot) => plot.y !== null);
-Object.assign(window, { station: { clock, now, axis, seriesOf, fixed } });
+Object.assign(window, { station: { clock, now, axis, seriesOf, fixed, drawn, tileAt, cornerOf } });

@@ -3,14 +3,21 @@
 import { clock, known, now, scene } from "./station.js";
 import { range, seriesOf } from "./plots.js";
 import { fresh, radians, style, unknown } from "./canvas.js";
+import { tiles } from "./tiles.js";
 
 const METRES = 111_195;
+/** Opacity of the tiles. */
+const TILES = 0.8;
 /** Largest time between two points that are joined, s. */
 const GAP = 3;
 /** Names and colours of the modes, by `system_mode`: pilot, autopilot, failsafe. */
 const MODES = { 3: ["pilot", "--three"], 4: ["autopilot", "--one"], 5: ["failsafe", "--two"] };
 let byMode = false;
 let whole = false;
+/** Whether words have a pale edge, so that they stay readable on a picture. */
+let hasHalo = false;
+/** The pixels of a latitude and longitude on the map as last drawn. */
+export const drawn = { place: null };
 
 /** The value of a series at a time; `null` without one within a second. Times must be in order. */
 function follower([times, values]) {
@@ -33,6 +40,18 @@ function flown() {
     points.push(known(x) && known(y) ? [t, y, x, mode(t)] : null);
   });
   return points;
+}
+
+function words(context, text, x, y) {
+  if (hasHalo) {
+    context.save();
+    context.strokeStyle = style("--card");
+    context.lineWidth = 4;
+    context.lineJoin = "round";
+    context.strokeText(text, x, y);
+    context.restore();
+  }
+  context.fillText(text, x, y);
 }
 
 function line(context, a, b) {
@@ -67,13 +86,23 @@ export function map(canvas) {
   const scale = Math.min((width - 60) / Math.max(east - west, 10), (height - 70) / Math.max(north - south, 10));
   const place = ([x, y]) => [width / 2 + (x - 0.5 * (west + east)) * scale, height / 2 - (y - 0.5 * (south + north)) * scale];
 
+  const inverse = (x, y) => [
+    origin[0] + ((height / 2 - y) / scale + 0.5 * (south + north)) / METRES,
+    origin[1] + ((x - width / 2) / scale + 0.5 * (west + east)) / METRES / narrow,
+  ];
+  drawn.place = (position) => place(metres(position));
+  context.globalAlpha = TILES;
+  const overTiles = tiles(context, inverse(0, 0), inverse(width, height), scale, drawn.place);
+  context.globalAlpha = 1;
+
   const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000].find((one) => one * scale > 45) ?? 10_000;
-  context.strokeStyle = style("--grid");
+  context.strokeStyle = style(overTiles ? "--line" : "--grid");
   context.lineWidth = 1;
   const [left, bottom] = [0.5 * (west + east) - width / 2 / scale, 0.5 * (south + north) - height / 2 / scale];
   for (let x = Math.ceil(left / step) * step; x < left + width / scale; x += step) line(context, place([x, bottom]), place([x, bottom + height / scale]));
   for (let y = Math.ceil(bottom / step) * step; y < bottom + height / scale; y += step) line(context, place([left, y]), place([left + width / scale, y]));
 
+  hasHalo = overTiles;
   context.font = "12px system-ui, sans-serif";
   if (fence) {
     context.strokeStyle = context.fillStyle = style("--two");
@@ -86,22 +115,31 @@ export function map(canvas) {
     context.setLineDash([]);
     context.textAlign = "center";
     const top = y - fence.radius_m * scale;
-    if (top > 4 && top < height && x > 20 && x < width - 20) context.fillText("geofence", x, top + 14);
+    if (top > 4 && top < height && x > 20 && x < width - 20) words(context, "geofence", x, top + 14);
   }
   if (home) mark(context, place(metres(home)));
 
   const [from, to] = range();
-  context.lineWidth = Number(style("--width")) + 1;
+  const pairs = points.slice(1).map((point, k) => [points[k], point]).filter(([a, b]) => a && b && b[0] - a[0] <= GAP)
+    .map(([a, b]) => [place(metres(a.slice(1, 3))), place(metres(b.slice(1, 3))), ...b]);
   const seen = new Set();
-  for (let k = 1; k < points.length; k += 1) {
-    const [a, b] = [points[k - 1], points[k]];
-    if (!a || !b || b[0] - a[0] > GAP) continue;
-    const [name, colour] = (byMode && MODES[b[3]]) || [byMode ? "other" : null, byMode ? "--soft" : "--one"];
+  context.lineWidth = Number(style("--width")) + 1;
+  if (overTiles) {
+    // One wide pale line below the track.
+    context.lineWidth += 3;
+    context.strokeStyle = style("--card");
+    context.beginPath();
+    for (const [a, b] of pairs) { context.moveTo(...a); context.lineTo(...b); }
+    context.stroke();
+    context.lineWidth -= 3;
+  }
+  for (const [a, b, t, , , mode] of pairs) {
+    const [name, colour] = (byMode && MODES[mode]) || [byMode ? "other" : null, byMode ? "--soft" : "--one"];
     if (name) seen.add(name);
     context.strokeStyle = style(colour);
     // The older, the fainter.
-    context.globalAlpha = byMode ? 1 : 0.2 + 0.8 * Math.min(1, (b[0] - from) / Math.max(to - from, 1));
-    line(context, place(metres(a.slice(1, 3))), place(metres(b.slice(1, 3))));
+    context.globalAlpha = byMode ? 1 : 0.2 + 0.8 * Math.min(1, (t - from) / Math.max(to - from, 1));
+    line(context, a, b);
   }
   context.globalAlpha = 1;
   if (here) vehicle(context, place(metres(here)), scale);
@@ -116,7 +154,7 @@ function mark(context, [x, y]) {
   context.stroke();
   context.textAlign = "center";
   context.textBaseline = "middle";
-  context.fillText("H", x, y + 0.5);
+  words(context, "H", x, y + 0.5);
   context.textBaseline = "alphabetic";
 }
 
@@ -149,18 +187,18 @@ function frame(context, { width, height, scale, step }, modes, seconds) {
   context.moveTo(10, height - 14); context.lineTo(10, height - 9); context.lineTo(10 + step * scale, height - 9); context.lineTo(10 + step * scale, height - 14);
   context.stroke();
   context.textAlign = "left";
-  context.fillText(step < 1000 ? `${step} m` : `${step / 1000} km`, 14, height - 15);
+  words(context, step < 1000 ? `${step} m` : `${step / 1000} km`, 14, height - 15);
   context.beginPath();
   context.moveTo(width - 16, 8); context.lineTo(width - 10, 26); context.lineTo(width - 16, 21); context.lineTo(width - 22, 26);
   context.fill();
   context.textAlign = "center";
-  context.fillText("N", width - 16, 40);
+  words(context, "N", width - 16, 40);
   context.textAlign = "right";
-  if (!modes) return context.fillText(`faint: ${seconds.toFixed(0)} s ago`, width - 8, height - 9);
+  if (!modes) return words(context, `faint: ${seconds.toFixed(0)} s ago`, width - 8, height - 9);
   let x = width - 8;
   for (const name of modes) {
     context.fillStyle = style(Object.values(MODES).find(([own]) => own === name)?.[1] ?? "--soft");
-    context.fillText(`▬ ${name}`, x, height - 9);
+    words(context, `▬ ${name}`, x, height - 9);
     x -= context.measureText(`▬ ${name}`).width + 10;
   }
 }

@@ -65,7 +65,7 @@ on("lost", (why) => {
   for (const node of byId("lamps").children) lamp(node, "unknown", node.children[1].textContent, LOST);
   write(byId("flies"), LOST);
   readyChip({ light: "unknown", why: LOST });
-  control({ control: { flies: LOST, mode: null, states: [], refusals: [], engagement: { light: "unknown", why: LOST } } }, Infinity);
+  control({ control: { flies: LOST, mode: null, states: [], refusals: [], engagement: { light: "unknown", why: LOST } }, silence: LOST }, Infinity);
   stepNow(null, LOST);
   warn(LOST, true);
   byId("alarms").dataset.text = "lost";
@@ -112,12 +112,12 @@ function items(node, list, none) {
   node.replaceChildren(...(list.length ? list : [none]).filter(Boolean).map((one) => element("li", "", one)));
 }
 
-function control({ control: state, since, span }, at) {
+function control({ control: state, since, span, silence }, at) {
   const mode = `${state.flies}${state.mode ? `, ${state.mode}` : ""}`;
   const seconds = since ? Math.max(0, Math.min(at, span[1]) - since[0]) : 0;
   const least = since && !since[1] ? "≥ " : "";
   write(byId("mode"), since ? `${mode} · ${least}${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}` : mode);
-  write(byId("mode-why"), reasons.findLast((one) => one.time_s <= at)?.text ?? "");
+  write(byId("mode-why"), silence ? "" : reasons.findLast((one) => one.time_s <= at)?.text ?? "");
   items(byId("states"), state.states, "");
   write(byId("ready"), state.engagement.why);
   byId("ready").className = `large ${state.engagement.light}`;

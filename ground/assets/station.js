@@ -31,8 +31,8 @@ function tell(what, value) {
 export const channels = new Map();
 export const now = new Map();
 export const clock = { t: null, received: 0, delay: 0 };
-/** Home and geofence, for the map. */
-export const scene = { home: null, fence: null };
+/** Home, geofence and zoom levels of the tiles, for the map. */
+export const scene = { home: null, fence: null, zooms: [] };
 /** Time without a message after which the connection is lost, ms; the station sends every 40 ms. */
 const SILENT = 2000;
 let order = [];
@@ -71,6 +71,7 @@ export function connect() {
       order = message.hello.channels.map((channel) => channel.name);
       for (const channel of message.hello.channels) channels.set(channel.name, channel);
       scene.fence = message.hello.fence;
+      scene.zooms = message.hello.zooms;
       tell("hello", message.hello);
     } else {
       if (message.state) scene.home = message.state.what.home;

@@ -18,3 +18,4 @@ pub mod server;
 pub mod station;
 pub mod store;
 pub mod test_points;
+pub mod tiles;

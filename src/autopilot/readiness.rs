@@ -214,6 +214,8 @@ pub struct Checked {
 impl core::fmt::Display for Checked {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Self { check, value, limit, .. } = self;
+        // Four decimals: the limit of the loop's period is a share of that period.
+        let limit = libm::round(limit * 1e4) / 1e4;
         match check {
             Check::Pilot | Check::Servos => {
                 write!(f, "{}: {}", check.name(), if self.passes { "good" } else { "not good" })
@@ -360,6 +362,14 @@ mod tests {
     use super::*;
     use crate::earth::Geodetic;
     use crate::frames::{EulerAngles, Rotation};
+
+    #[test]
+    fn a_limit_that_is_a_share_has_four_decimals() {
+        let check = Check::Period;
+        let checked = Checked { check, value: 0.016, limit: 0.05 / 33.0, passes: false };
+        let text = checked.to_string();
+        assert!(text.ends_with(": 0.016, at most 0.0015"), "{text}");
+    }
 
     fn hovering() -> Solution {
         Solution {

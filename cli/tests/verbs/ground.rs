@@ -124,6 +124,35 @@ fn what_a_flight_reports_by_udp_is_recorded_and_identified_from() {
 }
 
 #[test]
+fn what_a_vehicle_without_its_inertial_unit_no_longer_measures_is_not_sent() {
+    use hovernav_ground::channel::Id;
+    let directory = place("ground-without-unit");
+    let mut field = Field::new(&directory, &["--record", "cut"]);
+    let [mut helicopter, _computer] = field.take_off("14", &["dmu-cut@8:4".into()]);
+    helicopter.0.wait().unwrap();
+    let station = field.station.0.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &station]).status().unwrap().success());
+    assert!(field.station.0.wait().unwrap().success());
+    let (store, _) = hovernav_ground::record::read(&directory.join("records/cut.mcap")).unwrap();
+    let (from_s, to_s) = store.span().unwrap();
+    let has_unit = |t: f64| store.at(Id::Status, t) as u16 & 1 != 0;
+    let moments: Vec<f64> =
+        (0..).map(|k| from_s + 0.1 * f64::from(k)).take_while(|t| *t < to_s).collect();
+    let first_s = moments.iter().copied().find(|t| has_unit(*t)).unwrap();
+    // A second after the last sample, no value is younger than two of its periods.
+    let is_without = |t: &f64| (0..10).all(|k| !has_unit(t - 0.1 * f64::from(k)));
+    let without: Vec<f64> =
+        moments.into_iter().filter(|t| *t > first_s + 2.0 && is_without(t)).collect();
+    assert!(without.len() > 10, "{without:?}");
+    for t in without {
+        for id in [Id::RateP, Id::AccelZ, Id::Roll, Id::VelN, Id::Latitude, Id::SigmaTilt] {
+            let value = store.at(id, t);
+            assert!(value.is_nan(), "{} is {value} at {:.1} s", id.channel().name, t - from_s);
+        }
+    }
+}
+
+#[test]
 fn a_station_that_cannot_be_is_refused_with_what_was_expected() {
     let folder = place("ground-refused");
     let folder = text(&folder);
@@ -174,12 +203,12 @@ fn a_mission_from_connecting_to_identifying() {
     page.wait("!document.getElementById('recording').hidden");
     page.wait("document.getElementById('flies').textContent.startsWith('the pilot')");
     thread::sleep(Duration::from_secs(12));
-    page.keep("ground-1-hover");
+    keep(&mut page, "ground-1-hover");
 
     // Fly the test points.
     page.key("3");
     thread::sleep(Duration::from_secs(60));
-    page.keep("ground-2-points");
+    keep(&mut page, "ground-2-points");
     thread::sleep(Duration::from_secs(5));
     let good = "[...document.querySelectorAll('#progress tr.good')].length";
     println!("{} of 3 test points are good", page.eval(good));
@@ -189,7 +218,7 @@ fn a_mission_from_connecting_to_identifying() {
     page.key("2");
     patiently(&mut page, 90, "document.getElementById('mode').textContent.includes('autopilot')");
     thread::sleep(Duration::from_secs(10));
-    page.keep("ground-3-engaged");
+    keep(&mut page, "ground-3-engaged");
 
     // Lose GPS and regain it.
     patiently(&mut page, 40, "document.getElementById('alarms').textContent.includes('GPS')");
@@ -198,7 +227,7 @@ fn a_mission_from_connecting_to_identifying() {
     page.key("Enter");
     page.wait("document.getElementById('markers').textContent.includes('GPS lost')");
     thread::sleep(Duration::from_secs(4));
-    page.keep("ground-4-gps-lost");
+    keep(&mut page, "ground-4-gps-lost");
     patiently(&mut page, 40, "!document.getElementById('alarms').textContent.includes('GPS')");
 
     // Hand back, land, end the record.
@@ -209,7 +238,7 @@ fn a_mission_from_connecting_to_identifying() {
     );
     page.key("5");
     thread::sleep(Duration::from_secs(2));
-    page.keep("ground-5-log");
+    keep(&mut page, "ground-5-log");
     helicopter.0.wait().unwrap();
     page.key("r");
     page.wait("document.getElementById('recording').hidden");
@@ -221,15 +250,33 @@ fn a_mission_from_connecting_to_identifying() {
     page.wait("!document.getElementById('player').hidden");
     page.key("1");
     thread::sleep(Duration::from_secs(2));
-    page.keep("ground-6-record");
+    keep(&mut page, "ground-6-record");
     page.key("4");
     page.wait("document.querySelectorAll('#list button').length >= 2");
     page.eval("document.querySelectorAll('#list button')[1].click()");
     patiently(&mut page, 600, "document.querySelector('#job .large')?.textContent === 'done'");
-    page.keep("ground-7-identified");
+    keep(&mut page, "ground-7-identified");
     println!("{}", page.eval("document.getElementById('job').innerText"));
     assert!(page.eval("document.querySelectorAll('#job a').length").as_u64().unwrap() >= 1);
     assert!(page.said.is_empty(), "{:?}", page.said);
+}
+
+/// Widths and heights of the pictures: a screen, a tablet, and a phone.
+const SCREENS: [(u32, u32, bool); 3] = [(1400, 950, false), (820, 1180, true), (390, 844, true)];
+
+/// Saves the page at three widths in `$SCREENSHOTS`, if that is set. Nothing may be cut off.
+fn keep(page: &mut Browser, name: &str) {
+    for (width, height, mobile) in SCREENS {
+        page.size(width, height, mobile);
+        page.wait("document.documentElement.scrollWidth <= innerWidth");
+        page.wait(
+            "[...document.querySelectorAll('.card')].every((one) => one.scrollWidth <= one.clientWidth)",
+        );
+        thread::sleep(Duration::from_millis(700));
+        page.keep(&format!("{name}-{width}"));
+    }
+    let (width, height, mobile) = SCREENS[0];
+    page.size(width, height, mobile);
 }
 
 /// Waits for a slow condition, up to `seconds`.

@@ -12,7 +12,10 @@ const STATION: &str = r#"
 import sys, time
 from pymavlink import mavutil
 m = mavutil.mavlink_connection(sys.argv[1], source_system=255, source_component=190)
-assert m.wait_heartbeat(timeout=20), "no heartbeat"
+heartbeat = m.wait_heartbeat(timeout=20)
+assert heartbeat, "no heartbeat"
+# MAVProxy shows this text: no mode of another autopilot.
+assert mavutil.mode_string_v10(heartbeat).startswith("Mode(10"), mavutil.mode_string_v10(heartbeat)
 mav = mavutil.mavlink
 def ask(kind, send, wanted=lambda message: True):
     until = time.time() + 20

@@ -13,4 +13,4 @@ pub mod servo;
 pub use duration_histogram::DurationHistogram;
 #[cfg(target_os = "linux")]
 pub use flight::{DownlinkCounts, FlightReport, FlyError, Notification, fly};
-pub use mavlink::{Mavlink, frame as mavlink_frame};
+pub use mavlink::{FIRST_CUSTOM_MODE, Mavlink, frame as mavlink_frame};

@@ -18,6 +18,7 @@ use hovernav::frames::Vector;
 use hovernav::telemetry::Snapshot;
 use hovernav::time::Time;
 use hovernav_record::{Level, MavlinkConfig};
+pub use mode::FIRST_CUSTOM_MODE;
 use mode::{current_mode, extended_state, heartbeat};
 use pacing::{Recent, Schedule};
 use requests::Requests;
@@ -52,6 +53,8 @@ pub struct Mavlink {
     /// UTC since 1970 minus the flight clock, µs.
     utc_offset_us: Option<i64>,
     origin: Option<Geodetic>,
+    /// Height of the geoid above the ellipsoid by the receiver's last report, m; 0 before.
+    geoid_m: f64,
     sequence: u8,
     heartbeat: Schedule,
     attitude: Schedule,
@@ -82,6 +85,7 @@ impl Mavlink {
             boot,
             utc_offset_us: None,
             origin: None,
+            geoid_m: 0.0,
             sequence: 0,
             heartbeat: schedule(rates.heartbeat_hz),
             attitude: schedule(rates.attitude_hz),
@@ -113,6 +117,10 @@ impl Mavlink {
         let now = snapshot.time;
         let place = snapshot.position.filter(Geodetic::is_navigable);
         self.origin = self.origin.or(place);
+        let gps = &snapshot.gps;
+        if let Some((height_m, altitude_m)) = gps.height_m.zip(gps.altitude_msl_m) {
+            self.geoid_m = height_m - altitude_m;
+        }
         self.recent.push(&snapshot.innovations, now);
         self.last = Some(*snapshot);
         if self.heartbeat.is_due(now) {
@@ -323,12 +331,6 @@ impl Mavlink {
             .velocity_mps?
             .to_array()
             .map(|component| libm::round(component * 100.0) as i16);
-        // Geoid height from the receiver, m; 0 if unknown.
-        let geoid_m = snapshot
-            .gps
-            .height_m
-            .zip(snapshot.gps.altitude_msl_m)
-            .map_or(0.0, |(height_m, altitude_m)| height_m - altitude_m);
         let heading_deg = snapshot.attitude.map(|angles| angles.yaw_rad.to_degrees());
         let heading_deg =
             heading_deg.map(|heading| if heading < 0.0 { heading + 360.0 } else { heading });
@@ -336,7 +338,7 @@ impl Mavlink {
             time_boot_ms: self.boot_ms(snapshot.time),
             lat: libm::round(place.latitude_deg() * 1e7) as i32,
             lon: libm::round(place.longitude_deg() * 1e7) as i32,
-            alt: libm::round((place.height_m - geoid_m) * 1e3) as i32,
+            alt: libm::round((place.height_m - self.geoid_m) * 1e3) as i32,
             relative_alt: libm::round(up_m * 1e3) as i32,
             vx,
             vy,

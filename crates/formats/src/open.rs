@@ -29,18 +29,19 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
             Ok(Log::of(format, Dataset::open_within(log, most)?, None))
         }
         #[cfg(feature = "record")]
-        Format::Record => {
-            let record = Record::open(first)?;
-            let log = Log::of(format, record.dataset()?, None);
-            Ok(Log { record: Some(record), ..log })
-        }
+        Format::Record => flight(first),
         #[cfg(feature = "ros2")]
         Format::Ros2 => {
             let inputs: Vec<Input<'_>> = files.iter().map(|file| Input::of(file)).collect();
             let alone = [Input::of(first)];
             let path = if inputs.len() > 1 { log } else { first };
             let inputs = if inputs.is_empty() { &alone } else { &inputs[..] };
-            let mut log = crate::ros2::read(path, inputs, options)?;
+            let mut log = match crate::ros2::read(path, inputs, options) {
+                // Another program has copied a flight record.
+                #[cfg(feature = "record")]
+                Err(_) if crate::ros2::has_topic(inputs, "dmu/raw")? => return flight(first),
+                log => log?,
+            };
             let missing = in_bag.iter().flat_map(|bag| &bag.missing);
             log.dataset.warnings.extend(missing.map(|name| {
                 format!("metadata.yaml: {name} is missing, its part of the flight is not read")
@@ -53,6 +54,14 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
         }
         format => read(format, Input::of(first), options),
     }
+}
+
+/// Opens a flight record.
+#[cfg(feature = "record")]
+fn flight(path: &Path) -> Result<Log, LogError> {
+    let record = Record::open(path)?;
+    let log = Log::of(Format::Record, record.dataset()?, None);
+    Ok(Log { record: Some(record), ..log })
 }
 
 /// Opens a log of another program from memory; `path` is its name in messages.

@@ -98,7 +98,7 @@ impl LiveFlight {
         let dmu = LiveUnit { plant: of(), device, noise: Noise::new() };
         let gps = LiveGps {
             plant: of(),
-            device: GpsDevice::new(protocol, &[], 0.0),
+            device: GpsDevice::new(protocol, &[], 0.0).with_utc_of(clock),
             latency_s,
             span,
             noise: Noise::new(),

@@ -5,14 +5,13 @@ use std::borrow::Cow;
 use mcap::records::{Metadata, Record as McapRecord, op};
 
 use crate::channel::Channel;
+use crate::read::LARGEST_BYTES;
+use crate::unpack::unpacked;
 
 /// Length of an opcode and a length field, bytes.
 const FRAME: usize = 9;
 /// Number of the first topic.
 const FIRST_CHANNEL: usize = 1;
-/// Checksum of chunks in MCAP: the CRC-32 of zip files.
-const CRC: crc::Crc<u32, crc::Table<16>> =
-    crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
 
 /// A piece of the file.
 pub enum Piece<'a> {
@@ -33,8 +32,8 @@ pub enum Piece<'a> {
     End,
 }
 
-/// Limit of the bytes checked in the search for intact chunks, as a multiple of the file's size. It bounds the time for
-/// a forged file.
+/// Limit of the bytes checked in the search for intact chunks, unpacked, as a multiple of the file's size. It bounds the
+/// time for a forged file.
 const SEARCHED: usize = 4;
 
 /// Iterates over `bytes`, a whole file with its magic bytes; yields each piece with its byte offset. If a record does
@@ -42,6 +41,7 @@ const SEARCHED: usize = 4;
 pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
     let mut offset = mcap::MAGIC.len();
     let mut is_over = false;
+    let mut room = LARGEST_BYTES;
     let mut budget = bytes.len().saturating_mul(SEARCHED);
     std::iter::from_fn(move || {
         while !is_over && offset < bytes.len() {
@@ -51,9 +51,18 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                 None => "the file ends within a record: it was cut off".to_owned(),
                 Some((0, _)) => "found a zero, expected the kind of a record".to_owned(),
                 Some((op::CHUNK, body)) => match chunk(body) {
+                    Ok(Cow::Owned(data)) if data.len() as u64 > room => {
+                        is_over = true;
+                        let reason =
+                            format!("the chunks have more than {LARGEST_BYTES} bytes uncompressed");
+                        return Some((at, Piece::Damage { reason, bytes: bytes.len() - at }));
+                    }
                     // A corrupted length that is too long includes the records that follow.
                     Ok(data) if has_chunk_lengths(body) => {
                         offset += FRAME + body.len();
+                        if let Cow::Owned(data) = &data {
+                            room -= data.len() as u64;
+                        }
                         return Some((at, Piece::Chunk(data)));
                     }
                     // The content is damaged, or the length: a wrong length is not followed by a record.
@@ -139,25 +148,32 @@ fn may_be_followed(bytes: &[u8], at: usize) -> bool {
 fn next_whole(bytes: &[u8], from: usize, budget: &mut usize) -> Option<usize> {
     (from..bytes.len()).find(|&at| {
         let Some((op::CHUNK, body)) = frame(&bytes[at..]) else { return false };
-        if !has_chunk_lengths(body) || body.len() > *budget {
+        let length = number(body, 16).unwrap_or(usize::MAX).max(body.len());
+        if !has_chunk_lengths(body) || length > *budget {
             return false;
         }
-        *budget -= body.len();
+        *budget -= length;
         chunk(body).is_ok()
     })
 }
 
-/// Whether the lengths in the head of an uncompressed chunk match those of `body`.
+/// Whether the lengths in the head of a chunk match that of `body`.
 fn has_chunk_lengths(body: &[u8]) -> bool {
-    /// Length of the head of a chunk, bytes: two times, length and checksum of the content, the empty name of its
-    /// compression, and its length in the file.
+    /// Length of the head of a chunk, bytes: two times, length and checksum of the content, the length of the name of
+    /// its compression, and its length in the file.
     const HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
-    let number = |from: usize| {
-        let bytes = body.get(from..)?.first_chunk::<8>()?;
-        usize::try_from(u64::from_le_bytes(*bytes)).ok()
-    };
-    let text = body.len().checked_sub(HEAD);
-    text.is_some() && number(16) == text && number(32) == text && body.get(28..32) == Some(&[0; 4])
+    let name = body.get(28..).and_then(<[u8]>::first_chunk).map(|bytes| u32::from_le_bytes(*bytes));
+    // No name, `lz4` or `zstd`.
+    let Some(name @ 0..=4) = name else { return false };
+    let name = name as usize;
+    let text = body.len().checked_sub(HEAD + name);
+    text.is_some() && number(body, 32 + name) == text && (name > 0 || number(body, 16) == text)
+}
+
+/// The number of eight bytes at the offset `from`.
+fn number(bytes: &[u8], from: usize) -> Option<usize> {
+    let bytes = bytes.get(from..)?.first_chunk::<8>()?;
+    usize::try_from(u64::from_le_bytes(*bytes)).ok()
 }
 
 /// Content of the chunk `body` if it is intact; otherwise its defect.
@@ -165,18 +181,7 @@ fn chunk(body: &[u8]) -> Result<Cow<'_, [u8]>, String> {
     let Ok(McapRecord::Chunk { header, data }) = mcap::parse_record(op::CHUNK, body) else {
         return Err("the head of a chunk is damaged".into());
     };
-    if !header.compression.is_empty() {
-        let compression = &header.compression;
-        return Err(format!("found a chunk in \"{compression}\", expected an uncompressed one"));
-    }
-    let found = CRC.checksum(&data);
-    if found != header.uncompressed_crc {
-        let expected = header.uncompressed_crc;
-        return Err(format!(
-            "found a chunk with checksum {found:08x}, expected {expected:08x}: skipped"
-        ));
-    }
-    Ok(data)
+    unpacked(&header, data)
 }
 
 /// The topics and messages in a chunk.

@@ -18,6 +18,7 @@ mod replay_control;
 mod setup;
 mod spool;
 mod status;
+mod unpack;
 mod writer;
 
 pub use damage::{Damage, Repair};
@@ -38,3 +39,4 @@ pub use setup::{
     ThrottleSource, read_autopilot, write_autopilot,
 };
 pub use status::Status;
+pub use unpack::unpacked;

@@ -3,6 +3,7 @@
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::frames::{EulerAngles, Rotation, Vector};
 use hovernav::telemetry::StatusFlags;
+use hovernav_fly::FIRST_CUSTOM_MODE;
 use mavlink::dialects::common::{
     ESTIMATOR_STATUS_DATA, EstimatorStatusFlags, GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA,
     HEARTBEAT_DATA, HIGHRES_IMU_DATA, HighresImuUpdatedFlags, MavAutopilot, MavMessage,
@@ -160,7 +161,8 @@ impl Translator {
         ];
         if m.autopilot == MavAutopilot::MAV_AUTOPILOT_GENERIC {
             // The vehicle runs hovernav: the mode is that of `docs/telemetry.md`.
-            values.push((SystemMode, Some(f64::from(m.custom_mode))));
+            let mode = m.custom_mode.checked_sub(FIRST_CUSTOM_MODE).map(f64::from);
+            values.push((SystemMode, mode));
         }
         values
     }

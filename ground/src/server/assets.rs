@@ -26,6 +26,7 @@ const FILES: &[(&str, &str, &str)] = files![
     "canvas.js" SCRIPT,
     "instruments.js" SCRIPT,
     "map.js" SCRIPT,
+    "tiles.js" SCRIPT,
     "panels.js" SCRIPT,
     "warning.js" SCRIPT,
     "records.js" SCRIPT,

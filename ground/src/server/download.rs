@@ -1,4 +1,4 @@
-//! Downloads: a time range as CSV, and the pages of an evaluation.
+//! Downloads: a time range as CSV, the pages of an evaluation, and the tiles of the map.
 
 use std::io::{self, Read as _};
 use std::path::{Component, Path as FilePath};
@@ -186,5 +186,21 @@ pub async fn result(
             ([kind, (CONTENT_SECURITY_POLICY, policy)], page).into_response()
         }
         None => nothing(),
+    }
+}
+
+pub async fn tile(
+    State(server): super::State,
+    Path([z, x, y]): Path<[String; 3]>,
+    Query(ticket): Query<Ticket>,
+    headers: HeaderMap,
+) -> Response {
+    if let Err(refusal) = server.access.check(&headers, ticket.token.as_deref()) {
+        return refusal.into_response();
+    }
+    let tiles = server.shared.tiles.as_ref();
+    match tokio::task::block_in_place(|| tiles?.read(&z, &x, &y)) {
+        Some(tile) => ([(CONTENT_TYPE, tile.kind)], tile.bytes).into_response(),
+        None => (StatusCode::NOT_FOUND, "found no such tile").into_response(),
     }
 }

@@ -35,6 +35,7 @@ use tokio::sync::Semaphore;
 
 use crate::folder::Folder;
 use crate::link::SharedStation;
+use crate::tiles::Tiles;
 use listener::{Limited, Peer};
 use seats::Seats;
 use shared::Shared;
@@ -64,6 +65,8 @@ pub struct ServerConfig {
     pub manifest: Manifest,
     /// The vehicle's geofence, for the map.
     pub fence: Option<Fence>,
+    /// Tiles for the map.
+    pub tiles: Option<Tiles>,
 }
 
 /// The state shared by the handlers.
@@ -93,11 +96,10 @@ impl Bound {
         let listener = std::net::TcpListener::bind(config.address)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        let shared =
-            Shared::new(station, config.folder, config.command, config.manifest, config.fence);
+        let access = config.access.clone();
         let server = Server {
-            shared: Arc::new(shared),
-            access: config.access,
+            shared: Arc::new(Shared::new(station, config)),
+            access,
             clients: Seats::new(CLIENTS),
             exports: Arc::new(Semaphore::new(EXPORTS)),
         };
@@ -128,6 +130,7 @@ impl Bound {
                 .route("/socket", get(client::socket))
                 .route("/export.csv", get(download::csv))
                 .route("/results/{record}/{*path}", get(download::result))
+                .route("/tiles/{z}/{x}/{y}", get(download::tile))
                 .layer(middleware::from_fn(guarded))
                 .with_state(self.server);
             let app = app.into_make_service_with_connect_info::<Peer>();

@@ -13,6 +13,7 @@ use crate::player::Player;
 use crate::series::Point;
 use crate::store::Store;
 use crate::test_points::TestPoints;
+use crate::tiles::Tiles;
 
 /// Largest number of points of one channel in a message; a view gets more.
 const BURST: usize = 4000;
@@ -66,8 +67,9 @@ impl Session {
                 "radius_m": fence.radius_m,
             })
         });
+        let zooms = self.shared.tiles.as_ref().map_or(&[][..], Tiles::zooms);
         json!({"hello": {
-            "version": env!("CARGO_PKG_VERSION"), "channels": channels, "fence": fence,
+            "version": env!("CARGO_PKG_VERSION"), "channels": channels, "fence": fence, "zooms": zooms,
         }})
     }
 

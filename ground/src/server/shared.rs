@@ -6,10 +6,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use hovernav::flight_control::Fence;
 use hovernav_dataset::Manifest;
 
+use super::ServerConfig;
 use crate::evaluate::{Evaluation, Job, SharedJob};
 use crate::folder::Folder;
 use crate::link::{SharedStation, lock};
 use crate::player::Loaded;
+use crate::tiles::Tiles;
 
 /// Largest number of records in memory; the oldest is dropped first.
 const OPEN: usize = 3;
@@ -24,20 +26,17 @@ pub struct Shared {
     pub manifest: Manifest,
     /// The vehicle's geofence.
     pub fence: Option<Fence>,
+    /// Tiles for the map.
+    pub tiles: Option<Tiles>,
     loaded: Mutex<Vec<Arc<Loaded>>>,
     job: SharedJob,
 }
 
 impl Shared {
-    pub fn new(
-        station: SharedStation,
-        folder: Folder,
-        command: Option<PathBuf>,
-        manifest: Manifest,
-        fence: Option<Fence>,
-    ) -> Self {
+    pub fn new(station: SharedStation, config: ServerConfig) -> Self {
+        let ServerConfig { folder, command, manifest, fence, tiles, .. } = config;
         let (loaded, job) = (Mutex::default(), SharedJob::default());
-        Self { station, folder, command, manifest, fence, loaded, job }
+        Self { station, folder, command, manifest, fence, tiles, loaded, job }
     }
 
     /// Starts a record in a new file with this name.

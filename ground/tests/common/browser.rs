@@ -217,7 +217,7 @@ fn page(port: u16) -> Option<String> {
 }
 
 /// Decodes base64. Source: RFC 4648, section 4.
-fn base64(text: &str) -> Vec<u8> {
+pub fn base64(text: &str) -> Vec<u8> {
     let value = |byte: u8| match byte {
         b'A'..=b'Z' => byte - b'A',
         b'a'..=b'z' => byte - b'a' + 26,

@@ -28,6 +28,7 @@ use hovernav_ground::frames::Rigging;
 use hovernav_ground::link::{SharedStation, lock};
 use hovernav_ground::server::{Access, Bound, ServerConfig};
 use hovernav_ground::station::{Clock, Station, now_s};
+use hovernav_ground::tiles::Tiles;
 use serde_json::Value;
 use tungstenite::{Message, WebSocket};
 
@@ -141,6 +142,11 @@ pub struct Served {
 }
 
 pub fn serve(token: Option<&str>) -> Served {
+    serve_with(token, None)
+}
+
+/// As [`serve`], with tiles for the map.
+pub fn serve_with(token: Option<&str>, tiles: Option<Tiles>) -> Served {
     let place = tempfile::tempdir().unwrap();
     let station = station();
     let config = ServerConfig {
@@ -154,6 +160,7 @@ pub fn serve(token: Option<&str>) -> Served {
             radius_m: 40.0,
             height_m: 50.0,
         }),
+        tiles,
     };
     let bound = Bound::new(config, Arc::clone(&station)).unwrap();
     let address = bound.address();

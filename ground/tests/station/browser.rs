@@ -145,6 +145,7 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     page.wait("document.querySelectorAll('#plots .plot:not(.stale)').length === 0");
     page.wait("document.documentElement.dataset.sounds > 0");
     page.wait("[...station.now.values()].every((value) => value === null)");
+    page.wait("document.getElementById('mode-why').textContent === ''");
     page.wait("document.getElementById('angles').textContent.startsWith('roll –°')");
     page.keep("cut");
     vehicle.silent.store(false, Ordering::Relaxed);
@@ -187,6 +188,10 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     for (key, name) in [("2", "hover"), ("5", "log"), ("3", "points")] {
         page.key(key);
         thread::sleep(Duration::from_millis(700));
+        // No card is cut off.
+        page.wait(
+            "[...document.querySelectorAll('.card')].every((one) => one.scrollWidth <= one.clientWidth)",
+        );
         if name == "points" {
             page.wait(
                 "document.querySelector('#progress tbody td:last-child')?.textContent === 'good'",

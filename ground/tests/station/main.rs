@@ -11,4 +11,5 @@ mod keeping;
 mod link;
 mod readiness;
 mod server;
+mod tiles;
 mod vehicles;

@@ -136,6 +136,22 @@ impl Snapshot {
         self
     }
 
+    /// Removes the measurements of the inertial unit and the solution. Without new samples they are the past.
+    #[must_use]
+    pub fn without_imu(self) -> Self {
+        Self {
+            angular_rate_radps: None,
+            specific_force_mps2: None,
+            magnetic_field_gauss: None,
+            temperature_degc: None,
+            attitude: None,
+            position: None,
+            velocity_mps: None,
+            sigmas: Sigmas::default(),
+            ..self
+        }
+    }
+
     /// Adds the solution of the estimator.
     #[must_use]
     pub fn with_solution(mut self, solution: &Solution) -> Self {

@@ -4,6 +4,8 @@ use chrono::{DateTime, Datelike, TimeDelta, Timelike, Utc};
 
 /// The GPS week of [`Epoch::flying`]: it begins on 15 March 2026.
 pub const WEEK: u16 = 2_410;
+/// Duration of a week, ms.
+const WEEK_MS: i64 = 604_800_000;
 /// GPS time minus UTC, s, since 2017.
 pub const LEAP_SECONDS: u8 = 18;
 /// Height of the geoid above the ellipsoid in all messages, m.
@@ -56,12 +58,23 @@ impl Epoch {
         }
     }
 
+    /// The same data, `time_ms` later.
+    #[must_use]
+    pub fn later_by(self, time_ms: i64) -> Self {
+        let time_ms = i64::from(self.time_of_week_ms) + time_ms;
+        Self {
+            week: (i64::from(self.week) + time_ms.div_euclid(WEEK_MS)) as u16,
+            time_of_week_ms: time_ms.rem_euclid(WEEK_MS) as u32,
+            ..self
+        }
+    }
+
     /// Seconds since the start of the week, in single precision as in TSIP.
     fn time_of_week_s(&self) -> f32 {
         (f64::from(self.time_of_week_ms) / 1e3) as f32
     }
 
-    fn utc(&self) -> DateTime<Utc> {
+    pub(super) fn utc(&self) -> DateTime<Utc> {
         // The start of GPS time, 6 January 1980, in Unix time.
         let start = DateTime::from_timestamp_nanos(315_964_800_000_000_000);
         start

@@ -3,14 +3,13 @@
 use super::Device;
 use super::encode::{self, Epoch};
 use super::line::Line;
+use crate::serial::Clock;
 use hovernav::gps::tsip::{Framer, IoOptions};
 use hovernav::gps::{Fix, Protocol};
 use hovernav::time::Time;
 
 /// Time of the first fix on the receiver's clock: Friday, 20 March 2026.
 const FIRST_TIME_OF_WEEK_MS: i64 = 446_988_000;
-/// Duration of a week, ms.
-const WEEK_MS: i64 = 604_800_000;
 
 /// Interval of TSIP's unsolicited time and health packets, s. Source: Trimble, *Lassen-SK8 System Designer
 /// Reference Manual*, 34149-01, appendix A.
@@ -27,7 +26,7 @@ const STATUS_S: f64 = 5.0;
 /// | UBX | the sentences of NMEA | CFG-RATE, CFG-MSG; CFG-VALSET is rejected | 38 400 baud, 8-N-1 |
 ///
 /// The receiver sends at the rate of the given fixes and ignores the rate in CFG-RATE. The receiver's clock starts in
-/// GPS week 2410.
+/// GPS week 2410, unless [`GpsDevice::with_utc_of`] sets it.
 #[derive(Clone, Debug)]
 pub struct GpsDevice {
     fixes: Vec<(Time, Epoch)>,
@@ -37,6 +36,10 @@ pub struct GpsDevice {
     line: Line,
     /// Time of the first fix.
     start: Option<Time>,
+    /// The clock that sets the receiver's clock at the next transmission.
+    utc: Option<Clock>,
+    /// Time by which the receiver's clock was set, ms.
+    ahead_ms: i64,
 }
 
 /// Protocol and configuration.
@@ -73,17 +76,33 @@ impl GpsDevice {
                 (dialogue, Line::new(38_400, 10))
             }
         };
-        let mut receiver = Self { fixes: Vec::new(), next: 0, dialogue, line, start: None };
+        let mut receiver = Self {
+            fixes: Vec::new(),
+            next: 0,
+            dialogue,
+            line,
+            start: None,
+            utc: None,
+            ahead_ms: 0,
+        };
         for fix in fixes {
             receiver.will_have(fix, latency_s);
         }
         receiver
     }
 
+    /// Sets the receiver's clock to the UTC of `clock` at the first transmission, less up to 1 s, because fixes are at
+    /// whole seconds.
+    #[must_use]
+    pub fn with_utc_of(self, clock: &Clock) -> Self {
+        Self { utc: Some(clock.clone()), ..self }
+    }
+
     /// Adds a fix that is later than all others. Its transmission begins `latency_s` after the time of the fix.
     pub fn will_have(&mut self, fix: &Fix, latency_s: f64) {
         let start = *self.start.get_or_insert(fix.time);
-        self.fixes.push((fix.time + latency_s, epoch(fix, fix.time - start)));
+        let epoch = epoch(fix, fix.time - start).later_by(self.ahead_ms);
+        self.fixes.push((fix.time + latency_s, epoch));
     }
 
     /// Sends the messages of one fix.
@@ -130,6 +149,14 @@ impl GpsDevice {
         while let Some(&(time, epoch)) = self.fixes.get(self.next)
             && time <= now
         {
+            if let Some(clock) = self.utc.take() {
+                let ahead_ms = clock.unix_ns() / 1_000_000 - epoch.utc().timestamp_millis();
+                self.ahead_ms = ahead_ms.div_euclid(1_000) * 1_000;
+                for (_, epoch) in &mut self.fixes {
+                    *epoch = epoch.later_by(self.ahead_ms);
+                }
+                continue;
+            }
             self.next += 1;
             self.send_epoch(&epoch, time);
         }
@@ -143,8 +170,8 @@ fn epoch(fix: &Fix, since_start_s: f64) -> Epoch {
     let horizontal = |sigma: [f64; 3]| (sigma[0].powi(2) / 2.0 + sigma[1].powi(2) / 2.0).sqrt();
     let position = fix.position_sigma_m.map(|sigma| sigma.to_array());
     Epoch {
-        week: encode::WEEK + (time_ms / WEEK_MS) as u16,
-        time_of_week_ms: (time_ms % WEEK_MS) as u32,
+        week: encode::WEEK,
+        time_of_week_ms: 0,
         latitude_deg: fix.position.latitude_deg(),
         longitude_deg: fix.position.longitude_deg(),
         height_m: fix.position.height_m,
@@ -157,6 +184,7 @@ fn epoch(fix: &Fix, since_start_s: f64) -> Epoch {
         speed_sigma_mps: fix.velocity_sigma_mps.map_or(0.3, |sigma| sigma.norm() / f64::sqrt(3.0)),
         satellites: fix.satellites.unwrap_or(8).clamp(1, 12),
     }
+    .later_by(time_ms)
 }
 
 impl Device for GpsDevice {
@@ -260,5 +288,34 @@ fn next_ubx(received: &mut Vec<u8>) -> Option<(u8, u8, Vec<u8>)> {
             }
         }
         received.drain(..1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hovernav::earth::Geodetic;
+    use hovernav::gps::Receiver;
+
+    use super::*;
+
+    #[test]
+    fn the_receivers_clock_is_the_computers_from_the_first_transmission_on() {
+        let clock = Clock::start();
+        let place = Geodetic::from_degrees(1.35, 103.82, 40.0).unwrap();
+        let fixes = [10.0, 11.0].map(|t| Fix::at(Time::from_seconds(t), place));
+        let mut device = GpsDevice::new(Protocol::Nmea, &fixes, 0.1).with_utc_of(&clock);
+        let (mut receiver, mut seconds) = (Receiver::new(Protocol::Nmea), Vec::new());
+        for t in [10.1, 10.9, 11.1, 11.9] {
+            let (now, mut wire) = (Time::from_seconds(t), Vec::new());
+            device.transmit(now, &mut wire);
+            let mut bytes = &wire[..];
+            while let Some(fix) = receiver.read(&mut bytes, now) {
+                let utc_ns = fix.time.and_then(|time| time.unix_ns()).unwrap();
+                seconds.push((clock.unix_ns() - utc_ns) as f64 * 1e-9);
+            }
+        }
+        // The second fix is a second later than the first one.
+        assert!((0.0..1.5).contains(&seconds[0]), "{seconds:?}");
+        assert!((-1.0..0.5).contains(seconds.last().unwrap()), "{seconds:?}");
     }
 }

@@ -418,6 +418,9 @@ impl FlightLoop {
         self.log.report_changed_ports(now);
         snapshot.status.imu =
             self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
+        if !snapshot.status.imu {
+            *snapshot = snapshot.without_imu();
+        }
         snapshot.gps.age_s = self.receiver.last_fix().map(|arrival| (now - arrival).max(0.0));
         self.supplement.time = now;
         self.log.downlinks.offer(snapshot, &self.supplement);

@@ -12,6 +12,7 @@ use mavlink::dialects::common::{self, MavCmd, MavMessage, MavResult};
 
 use super::Mavlink;
 use super::frame::{self, Begun};
+use super::mode::custom_mode;
 use hovernav::telemetry::{Snapshot, SystemMode};
 use hovernav::time::Time;
 use hovernav_record::Level;
@@ -313,7 +314,7 @@ fn mode(index: usize) -> common::AVAILABLE_MODES_DATA {
     let mut mode_name = [0; 35];
     mode_name.iter_mut().zip(mode.name().bytes()).for_each(|(slot, byte)| *slot = byte);
     common::AVAILABLE_MODES_DATA {
-        custom_mode: u32::from(mode.code()),
+        custom_mode: custom_mode(mode),
         properties: Property::MAV_MODE_PROPERTY_NOT_USER_SELECTABLE,
         number_modes: MODES.len() as u8,
         mode_index: index as u8,

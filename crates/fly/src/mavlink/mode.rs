@@ -4,6 +4,15 @@ use mavlink::dialects::common;
 
 use hovernav::telemetry::{Snapshot, SystemMode};
 
+/// First number of the vehicle's own modes. pymavlink names the smaller numbers of any helicopter by ArduCopter's
+/// modes, as "AUTO" while the pilot flies.
+pub const FIRST_CUSTOM_MODE: u32 = 100;
+
+/// The number of a mode in `custom_mode`.
+pub(super) fn custom_mode(mode: SystemMode) -> u32 {
+    FIRST_CUSTOM_MODE + u32::from(mode.code())
+}
+
 /// The extended state. It is not known whether the vehicle is in the air.
 pub(super) fn extended_state() -> common::EXTENDED_SYS_STATE_DATA {
     common::EXTENDED_SYS_STATE_DATA {
@@ -14,7 +23,7 @@ pub(super) fn extended_state() -> common::EXTENDED_SYS_STATE_DATA {
 
 pub(super) fn current_mode(snapshot: &Snapshot) -> common::CURRENT_MODE_DATA {
     common::CURRENT_MODE_DATA {
-        custom_mode: u32::from(snapshot.mode.code()),
+        custom_mode: custom_mode(snapshot.mode),
         intended_custom_mode: 0,
         standard_mode: common::MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD,
     }
@@ -38,7 +47,7 @@ pub(super) fn heartbeat(snapshot: &Snapshot) -> common::HEARTBEAT_DATA {
         snapshot.mode == SystemMode::Autopilot,
     );
     common::HEARTBEAT_DATA {
-        custom_mode: u32::from(snapshot.mode.code()),
+        custom_mode: custom_mode(snapshot.mode),
         mavtype: common::MavType::MAV_TYPE_HELICOPTER,
         autopilot: common::MavAutopilot::MAV_AUTOPILOT_GENERIC,
         base_mode,

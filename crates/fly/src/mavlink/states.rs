@@ -53,7 +53,7 @@ impl Mavlink {
         common::VFR_HUD_DATA {
             airspeed: f32::NAN,
             groundspeed: single(velocity.map(|[north, east, _]| libm::hypot(north, east))),
-            alt: single(snapshot.gps.altitude_msl_m.or(snapshot.position.map(|one| one.height_m))),
+            alt: single(snapshot.position.map(|place| place.height_m - self.geoid_m)),
             climb: single(velocity.map(|[.., down]| -down)),
             heading: heading_deg
                 .map_or(-1, |heading| libm::round(heading.rem_euclid(360.0)) as i16),
@@ -101,7 +101,7 @@ impl Mavlink {
         Some(common::HOME_POSITION_DATA {
             latitude: libm::round(origin.latitude_deg() * 1e7) as i32,
             longitude: libm::round(origin.longitude_deg() * 1e7) as i32,
-            altitude: libm::round(origin.height_m * 1e3) as i32,
+            altitude: libm::round((origin.height_m - self.geoid_m) * 1e3) as i32,
             q: [f32::NAN; 4],
             ..common::HOME_POSITION_DATA::DEFAULT
         })

@@ -141,6 +141,27 @@ fn messages_have_the_units_of_the_message_set() {
 }
 
 #[test]
+fn every_altitude_is_above_the_sea_also_while_the_receiver_is_silent() {
+    let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
+    let mut altitudes = |snapshot: &Snapshot| {
+        let (mut global_m, mut hud_m, mut home_m) = (None, None, None);
+        for message in told(&mut mavlink, snapshot) {
+            match message {
+                MavMessage::GLOBAL_POSITION_INT(m) => global_m = Some(f64::from(m.alt) * 1e-3),
+                MavMessage::VFR_HUD(m) => hud_m = Some(f64::from(m.alt)),
+                MavMessage::HOME_POSITION(m) => home_m = Some(f64::from(m.altitude) * 1e-3),
+                _ => {}
+            }
+        }
+        [global_m, hud_m, home_m]
+    };
+    // 38 m above the ellipsoid, with a geoid height of 6.75 m.
+    assert_eq!(altitudes(&flying(at(1.0))), [Some(31.25); 3]);
+    let lost = Snapshot { gps: GpsSummary::default(), ..flying(at(7.0)) };
+    assert_eq!(altitudes(&lost), [Some(31.25); 3]);
+}
+
+#[test]
 fn unknown_values_are_omitted_or_marked() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
     let messages = told(&mut mavlink, &Snapshot::at(Time::ZERO));

@@ -4,7 +4,8 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::io::{self, Read as _};
 
-use mcap::records::{ChunkHeader, Record, op};
+use hovernav_record::unpacked;
+use mcap::records::{Record, op};
 
 use crate::damages::Damages;
 use crate::window::{Input, Window};
@@ -22,8 +23,6 @@ const MESSAGE_HEADER: usize = 22;
 const LONGEST_CHECKED: u64 = 1 << 20;
 /// Largest message that is read, bytes.
 const LONGEST_MESSAGE: u64 = 4096;
-const CRC: crc::Crc<u32, crc::Table<16>> =
-    crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC);
 
 /// A channel of one of the files of a log.
 pub(super) type ChannelId = (usize, u16);
@@ -180,7 +179,7 @@ const fn is_of_use(opcode: u8) -> bool {
 /// Passes a record, or the records of a chunk, to `take`. The error describes damage.
 fn of_record(opcode: u8, body: &[u8], take: &mut dyn FnMut(Record<'_>)) -> Result<(), String> {
     match parsed(opcode, body) {
-        Some(Ok(Record::Chunk { header, data })) => of_chunk(&unpacked(&header, &data)?, take),
+        Some(Ok(Record::Chunk { header, data })) => of_chunk(&unpacked(&header, data)?, take),
         Some(Ok(record)) => {
             take(record);
             Ok(())
@@ -204,42 +203,6 @@ fn frame(bytes: &[u8]) -> Option<(u8, u64)> {
     let (&opcode, rest) = bytes.split_first()?;
     let (length, _) = rest.split_first_chunk()?;
     Some((opcode, u64::from_le_bytes(*length)))
-}
-
-/// The bytes of a chunk, decompressed and checked.
-fn unpacked(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, String> {
-    let size = header.uncompressed_size;
-    if size > LARGEST as u64 {
-        return Err(format!(
-            "found a chunk of {size} bytes uncompressed, expected at most {LARGEST}"
-        ));
-    }
-    let damaged = |by: &str| format!("found damage in a chunk compressed by {by}");
-    let mut records = Vec::new();
-    // Reading one byte more than stated detects a wrong size.
-    let limit = size + 1;
-    match header.compression.as_str() {
-        "" => records.extend_from_slice(data),
-        "lz4" => {
-            let unpacking = lz4_flex::frame::FrameDecoder::new(data).take(limit);
-            { unpacking }.read_to_end(&mut records).map_err(|_| damaged("lz4"))?;
-        }
-        "zstd" => {
-            let unpacking =
-                ruzstd::decoding::StreamingDecoder::new(data).map_err(|_| damaged("zstd"))?;
-            { unpacking.take(limit) }.read_to_end(&mut records).map_err(|_| damaged("zstd"))?;
-        }
-        other => {
-            return Err(format!("found a chunk compressed with {other}, expected lz4 or zstd"));
-        }
-    }
-    if records.len() as u64 != size {
-        return Err(format!("found {} bytes in a chunk, expected {size}", records.len()));
-    }
-    if header.uncompressed_crc != 0 && CRC.checksum(&records) != header.uncompressed_crc {
-        return Err("found a chunk with a wrong checksum".into());
-    }
-    Ok(records)
 }
 
 /// A message, decompressed if rosbag2 compressed it individually (`--compression-mode message`), up to

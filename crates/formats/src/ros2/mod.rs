@@ -32,6 +32,19 @@ const GAUSS_PER_TESLA: f64 = 1e4;
 /// Largest time between a fix and its velocity, s.
 const SAME_EPOCH_S: f64 = 0.1;
 
+/// Whether the MCAP files have a topic with this name.
+///
+/// # Errors
+/// As [`for_each_record`].
+#[cfg(feature = "record")]
+pub(crate) fn has_topic(inputs: &[Input<'_>], name: &str) -> Result<bool, LogError> {
+    let mut is_found = false;
+    for_each_record(inputs, |_, record, _| {
+        is_found |= matches!(record, Record::Channel(channel) if channel.topic == name);
+    })?;
+    Ok(is_found)
+}
+
 /// Reads the MCAP files of a ROS 2 log, whose name in messages is `path`, as one recording.
 ///
 /// # Errors

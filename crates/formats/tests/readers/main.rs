@@ -27,6 +27,7 @@ mod mapping_units;
 mod mavlink;
 mod onboard_innovations;
 mod raw;
+mod record;
 mod ros2;
 mod ros2_reference;
 mod setup_suspect;

@@ -17,7 +17,7 @@ pub struct SiteSection {
     pub latitude_deg: f64,
     /// Longitude, °.
     pub longitude_deg: f64,
-    /// Height above the ellipsoid, m; 0 where not set. Required for a fence.
+    /// Height above the ellipsoid, m; 0 where not set. Required for a geofence.
     #[serde(default)]
     pub height_m: f64,
 }
