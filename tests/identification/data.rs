@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use hovernav::ekf::Solution;
 use hovernav_dataset::Dataset;
@@ -14,13 +15,16 @@ use hovernav_sysid::record::Experiment;
 use hovernav_testing::shared;
 use nalgebra::DMatrix;
 
-/// The flight included in every checkout, with its smoothed solutions.
+/// The flight included in every checkout, with its smoothed solutions. It is estimated once per test program.
 pub fn flown() -> (Dataset, Vec<Solution>) {
-    let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
-    let mut dataset = Dataset::open(dir).unwrap();
-    let settings = dataset.settings().unwrap();
-    let solutions = smooth(&dataset, &settings, |_| ()).solutions;
-    (dataset, solutions)
+    static FLOWN: LazyLock<(Dataset, Vec<Solution>)> = LazyLock::new(|| {
+        let dir = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/datasets/heli-hover"));
+        let mut dataset = Dataset::open(dir).unwrap();
+        let settings = dataset.settings().unwrap();
+        let solutions = smooth(&dataset, &settings, |_| ()).solutions;
+        (dataset, solutions)
+    });
+    FLOWN.clone()
 }
 
 /// The identification of a flight with the built-in structure `name`.

@@ -57,6 +57,13 @@ pub fn installed(program: &str) -> bool {
     starts
 }
 
+/// Size of a campaign: `all` with `HOVERNAV_LONG=1` in the environment, as in `.ci/more`, else its sample, `daily`.
+#[must_use]
+pub fn sample<T>(daily: T, all: T) -> T {
+    let long = std::env::var_os("HOVERNAV_LONG").is_some_and(|value| value == "1");
+    if long { all } else { daily }
+}
+
 /// Prints that a test or a part of it is skipped, with the reason.
 ///
 /// # Panics

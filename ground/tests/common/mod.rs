@@ -262,6 +262,16 @@ pub fn resident() -> u64 {
     4096 * text.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
 }
 
+/// Runs the ignored test `name` of this program in its own process, and asserts that it passes.
+#[track_caller]
+pub fn passes_alone(name: &str) {
+    let mut alone = std::process::Command::new(std::env::current_exe().unwrap());
+    let run = alone.args(["--exact", name, "--ignored", "--nocapture"]).output().unwrap();
+    let told = String::from_utf8_lossy(&run.stdout);
+    println!("{told}{}", String::from_utf8_lossy(&run.stderr));
+    assert!(run.status.success() && told.contains("test result: ok. 1 passed"), "{name}");
+}
+
 /// The value of a channel at the time of the newest data; NaN if unknown.
 pub fn newest(station: &Station, id: Id) -> f64 {
     station.store.span().map_or(f64::NAN, |(_, to_s)| station.store.latest(id, to_s))

@@ -6,9 +6,13 @@ mod common;
 mod aboard;
 mod browser;
 mod cut;
+#[cfg(target_os = "linux")]
+mod export;
 mod hostile;
 mod keeping;
 mod link;
+#[cfg(target_os = "linux")]
+mod memory;
 mod readiness;
 mod server;
 mod tiles;

@@ -1,15 +1,18 @@
-//! One hour at full rate. The test has its own program, because other tests would change its memory.
-#![cfg(target_os = "linux")]
+//! One hour at full rate. The test has its own process, because other tests would change its memory.
 
-mod common;
-
-use common::{cycle, resident};
+use crate::common::{cycle, passes_alone, resident};
 use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::station::Station;
 
 #[test]
 fn an_hour_of_every_channel_at_33_hz_leaves_memory_flat_and_loses_nothing() {
+    passes_alone("memory::an_hour");
+}
+
+#[test]
+#[ignore = "the test above runs it in its own process"]
+fn an_hour() {
     let mut station = Station::new(Rigging::default(), None, "test");
     let mut number = 0;
     let mut minutes = |station: &mut Station, count: u32| {

@@ -1,13 +1,10 @@
-//! Exports of the whole store. The test has its own program, because other tests would change its memory.
-#![cfg(target_os = "linux")]
-
-mod common;
+//! Exports of the whole store. The test has its own process, because other tests would change its memory.
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
 use std::time::Duration;
 
-use common::{Served, cycle, resident, serve};
+use crate::common::{Served, cycle, passes_alone, resident, serve};
 use hovernav_ground::link::lock;
 
 /// Requests all channels of the last twenty minutes, with this version of HTTP.
@@ -49,6 +46,12 @@ fn fly(served: &Served, cycles: std::ops::Range<u32>) {
 
 #[test]
 fn all_that_is_kept_is_exported_in_little_memory_and_nobody_who_stops_reading_is_in_the_way() {
+    passes_alone("export::all_that_is_kept");
+}
+
+#[test]
+#[ignore = "the test above runs it in its own process"]
+fn all_that_is_kept() {
     let served = serve(None);
     fly(&served, 0..40_000);
     let before = resident();
