@@ -29,7 +29,7 @@ pub trait Scalar:
     const MAX: Self;
     /// Largest ratio, √(1/ε), of the state's variance to the measurement's variance for the short form of the
     /// covariance update. Above this ratio the short form loses half of the digits.
-    const MOST_INFORMATION: Self;
+    const MAX_INFORMATION: Self;
     /// The nearest number of this type.
     fn of(value: f64) -> Self;
     /// The number as `f64`.
@@ -100,7 +100,7 @@ macro_rules! scalar {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const MAX: Self = $T::MAX;
-            const MOST_INFORMATION: Self = $most_information;
+            const MAX_INFORMATION: Self = $most_information;
             #[inline(always)]
             fn of(value: f64) -> Self {
                 value as Self

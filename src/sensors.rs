@@ -165,7 +165,7 @@ enum ReceiverSetUp {
 
 /// Largest number of link actions at one moment. The link has at most four. At the largest [`Time`] there is no later
 /// time to wait for, so this limit ends the loop.
-const MOST_ACTIONS: usize = 8;
+const MAX_ACTIONS: usize = 8;
 
 impl Sensors {
     /// Creates the protocols for sensors in any state; the set-up of the sensors begins `now`.
@@ -190,7 +190,7 @@ impl Sensors {
         while let Some(received) = self.link.next_packet(&mut bytes, now) {
             self.packet(&received, now, &mut emit);
         }
-        for _ in 0..MOST_ACTIONS {
+        for _ in 0..MAX_ACTIONS {
             match self.link.next_action(now) {
                 LinkAction::Write(command) => emit(SensorOutput::WriteDmu(command)),
                 LinkAction::Lost(fault) => emit(SensorOutput::DmuLost(now, fault)),

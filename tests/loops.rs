@@ -120,9 +120,9 @@ fn a_loop_that_may_not_end_is_found() {
     for good in [
         "for axis in 0..3 {",
         "for state in 0..N / 2 {",
-        "for b in index + 1..MOST {",
-        "for b in 0..K.min(MOST) {",
-        "for h in 1..=harmonics.min(MOST as u32) {",
+        "for b in index + 1..MAX {",
+        "for b in 0..K.min(MAX) {",
+        "for h in 1..=harmonics.min(MAX as u32) {",
         "let tail = bytes.get(2..).unwrap_or_default();",
         "for axis in (0..3).rev() {",
         "for value in &self.values {",

@@ -151,7 +151,7 @@ fn child() {
 }
 
 /// Largest ballast, bytes, below which a child survives a flight of `samples`.
-fn most_ballast(samples: u32) -> usize {
+fn max_ballast(samples: u32) -> usize {
     let survives = |ballast: usize| {
         let output = Command::new(std::env::current_exe().unwrap())
             .args(["--exact", "child", "--nocapture"])
@@ -176,7 +176,7 @@ fn most_ballast(samples: u32) -> usize {
 
 #[test]
 fn the_calls_of_an_estimator_take_8_kb_of_stack() {
-    let stack = most_ballast(0) - most_ballast(3_000);
+    let stack = max_ballast(0) - max_ballast(3_000);
     println!("{stack} bytes of stack");
     assert!(stack <= 8 * 1024, "{stack} bytes of stack");
 }

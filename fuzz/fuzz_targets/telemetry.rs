@@ -4,9 +4,9 @@
 //! regardless of earlier bytes.
 #![no_main]
 
+use hovernav::controls::Channels;
 use hovernav::earth::Geodetic;
 use hovernav::frames::{EulerAngles, Vector};
-use hovernav::controls::Channels;
 use hovernav::telemetry::{Flow, Snapshot, frame};
 use hovernav::time::Time;
 use libfuzzer_sys::fuzz_target;
@@ -15,7 +15,8 @@ use libfuzzer_sys::fuzz_target;
 fn any_snapshot(input: &[u8]) -> Snapshot {
     let mut numbers = input.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes));
     let mut next = || numbers.next();
-    let mut snapshot = Snapshot::at(Time::try_from_seconds(next().unwrap_or(0.0)).unwrap_or_default());
+    let mut snapshot =
+        Snapshot::at(Time::try_from_seconds(next().unwrap_or(0.0)).unwrap_or_default());
     let mut three = || Some([next()?, next()?, next()?]);
     snapshot.angular_rate_radps = three().map(Vector::from);
     snapshot.specific_force_mps2 = three().map(Vector::from);

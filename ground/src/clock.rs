@@ -15,7 +15,7 @@ pub struct VehicleClock {
     /// Ground time minus vehicle time, s, at the first comparison.
     offset_s: Option<f64>,
     /// Smallest recent difference between ground time and vehicle time, s: that of a frame without delay.
-    least_s: f64,
+    min_s: f64,
     last_arrival_s: f64,
     /// Number of times the vehicle's clock was set.
     pub jumps: u64,
@@ -44,7 +44,7 @@ impl VehicleClock {
         });
         let jumped = self.offset_s.is_some() && known.is_none();
         let offset_s = known.unwrap_or_else(|| {
-            self.least_s = difference_s;
+            self.min_s = difference_s;
             self.last_arrival_s = arrival_s;
             self.jumps += u64::from(jumped);
             self.offset_s = Some(difference_s);
@@ -52,9 +52,9 @@ impl VehicleClock {
         });
         // The smallest difference may be old; it grows with the drift of the clocks.
         let since_s = (arrival_s - self.last_arrival_s).max(0.0);
-        self.least_s = difference_s.min(self.least_s + DRIFT * since_s);
+        self.min_s = difference_s.min(self.min_s + DRIFT * since_s);
         self.last_arrival_s = arrival_s;
-        let delay_s = difference_s - self.least_s;
+        let delay_s = difference_s - self.min_s;
         Placed { time_s: vehicle_s + offset_s, delay_s, is_late: delay_s > LATE_S, jumped }
     }
 }

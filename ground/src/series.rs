@@ -16,7 +16,7 @@ pub const SILENT_MARGIN_S: f64 = 0.2;
 /// Assumed period of a channel with a single value, s.
 const FIRST_PERIOD_S: f64 = 1.0;
 /// Initial capacity, values.
-const LEAST: usize = 256;
+const MIN: usize = 256;
 /// Weight of the newest period in the average period.
 const SHARE: f64 = 0.1;
 
@@ -96,8 +96,8 @@ impl Series {
         }
         let is_outage = since_s > longest_s(self.period_s);
         // A single long period is an outage; repeated ones mean a slower channel.
-        let (share, most_s) = if is_outage { (0.3, GAP_S.1) } else { (SHARE, since_s) };
-        self.period_s += share * (since_s.min(most_s) - self.period_s);
+        let (share, max_s) = if is_outage { (0.3, GAP_S.1) } else { (SHARE, since_s) };
+        self.period_s += share * (since_s.min(max_s) - self.period_s);
         is_outage
     }
 
@@ -130,7 +130,7 @@ impl Series {
             }
         } else if self.points.len() == self.points.capacity() {
             // Doubling the capacity would exceed the room.
-            let more = self.points.len().max(LEAST).min(self.room - self.points.len());
+            let more = self.points.len().max(MIN).min(self.room - self.points.len());
             self.points.reserve_exact(more);
         }
         self.points.push_back(point);

@@ -28,7 +28,7 @@ const LONGEST_S: f64 = 4.0;
 /// Shortest step, s; a shorter one is ordinary flying.
 const SHORTEST_S: f64 = 0.4;
 /// Smallest step, %; a smaller one is ordinary flying.
-const LEAST_PCT: f64 = 7.0;
+const MIN_PCT: f64 = 7.0;
 /// Averaging time of the trim, s.
 const TRIM_S: f64 = 3.0;
 /// Required size of a step, %.
@@ -181,7 +181,7 @@ impl TestPoints {
         deviations.sort_by(f64::total_cmp);
         let size_pct = deviations[deviations.len() / 2];
         let (name, size) = (STICKS[stick].1, size_pct.abs());
-        if held_s < SHORTEST_S || size < LEAST_PCT {
+        if held_s < SHORTEST_S || size < MIN_PCT {
             return;
         }
         let fault = if !(SIZE_PCT.0 - 0.5..=SIZE_PCT.1 + 0.5).contains(&size) {

@@ -233,7 +233,7 @@ pub fn campaign(
     within("fuel_kg", fuel_kg, &(0.0..=2.0))?;
     let mut campaign = Campaign::of_model(&model.get().0, autopilot.get().config);
     campaign.duration_s = duration_s;
-    campaign.most_wind_mps = wind_mps;
+    campaign.max_wind_mps = wind_mps;
     campaign.outage_share = outages;
     campaign.power_loss_share = power_loss;
     campaign.jam_share = jams;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use hovernav_dataset::Trajectory;
 use hovernav_formats::{Comparison, NamedTrajectory};
-use hovernav_pages::compare::{ComparisonPage, MOST_SOLUTIONS};
+use hovernav_pages::compare::{ComparisonPage, MAX_SOLUTIONS};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -77,9 +77,9 @@ pub fn compare(
 ) -> Result<PyComparison> {
     let axes = axes_of(axes)?;
     let count = solutions.len();
-    if !(2..=MOST_SOLUTIONS).contains(&count) {
+    if !(2..=MAX_SOLUTIONS).contains(&count) {
         return Err(Error::Config(format!(
-            "solutions: found {count}, expected 2 to {MOST_SOLUTIONS}"
+            "solutions: found {count}, expected 2 to {MAX_SOLUTIONS}"
         )));
     }
     if let Some(names) = names.as_ref().filter(|names| names.len() != count) {

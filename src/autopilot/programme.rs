@@ -27,7 +27,7 @@ pub struct TestInput {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExcitationProgramme {
     /// The test inputs in their order, up to the first `None`.
-    pub inputs: [Option<TestInput>; Self::MOST],
+    pub inputs: [Option<TestInput>; Self::MAX],
     /// Time from engagement to the first input, s, 2 to 600.
     pub first_s: f64,
     /// Time between inputs, s, 1 to 600.
@@ -40,7 +40,7 @@ pub struct ExcitationProgramme {
 
 impl ExcitationProgramme {
     /// Largest number of test inputs in a programme.
-    pub const MOST: usize = 16;
+    pub const MAX: usize = 16;
 
     /// Checks that the autopilot can fly every input.
     ///

@@ -146,7 +146,7 @@ struct Line {
     /// Number of consecutive packets of similar lateness.
     late_in_a_row: u32,
     /// Smallest lateness of these packets, s.
-    least_late_s: f64,
+    min_late_s: f64,
     /// The last stamp.
     stamped: Time,
 }
@@ -202,7 +202,7 @@ impl Line {
             tick_error: 0.0,
             covariance: [ANCHOR_SIGMA_S * ANCHOR_SIGMA_S, 0.0, TICK_SIGMA * TICK_SIGMA],
             late_in_a_row: 0,
-            least_late_s: f64::INFINITY,
+            min_late_s: f64::INFINITY,
             stamped: time,
         }
     }
@@ -244,15 +244,15 @@ impl Line {
             self.correct(late_s);
             return Ok((late_s, basis));
         }
-        if libm::fabs(late_s - self.least_late_s) > ALIKE_S {
+        if libm::fabs(late_s - self.min_late_s) > ALIKE_S {
             self.on_time();
         }
         self.late_in_a_row += 1;
-        self.least_late_s = self.least_late_s.min(late_s);
+        self.min_late_s = self.min_late_s.min(late_s);
         if self.late_in_a_row < LATE_IN_A_ROW {
             return Ok((late_s, basis));
         }
-        self.anchor_at(self.sample_s + self.least_late_s);
+        self.anchor_at(self.sample_s + self.min_late_s);
         Ok((late_s, Basis::Arrival))
     }
 
@@ -276,7 +276,7 @@ impl Line {
 
     fn on_time(&mut self) {
         self.late_in_a_row = 0;
-        self.least_late_s = f64::INFINITY;
+        self.min_late_s = f64::INFINITY;
     }
 
     /// Propagates the filter over an interval: equation (D2) of docs/equations.md.

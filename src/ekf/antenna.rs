@@ -34,9 +34,9 @@ const LATE_S: f32 = 0.05;
 /// Evidence that left turns and right turns must each exceed before the offset is used. It then stays in use.
 const ENOUGH: f32 = 4.0;
 /// Upper limit of the evidence from each direction of turn.
-const MOST: f32 = 10.0;
+const MAX: f32 = 10.0;
 /// Minimum offset, m, for the offset to be used: the error of a smaller offset would be as large as the offset.
-const LEAST_M: f32 = 0.25;
+const MIN_M: f32 = 0.25;
 /// Largest residual, in one-sigmas, after subtraction of the velocity caused by the offset. A fix beyond it is an
 /// outlier and is ignored.
 const OUTLIER: f32 = 5.0;
@@ -124,12 +124,12 @@ impl AntennaOffset {
             - logarithm_of_one_and(own / variance);
         let [left_hand, right_hand] = &mut self.evidence;
         let side = if rate_radps < 0.0 { left_hand } else { right_hand };
-        *side = (*side + likelier).clamp(0.0, MOST);
+        *side = (*side + likelier).clamp(0.0, MAX);
         let gain = own / (own + variance);
         let [forward, right] = with;
         self.found_m = [x + gain * right / rate_radps, y - gain * forward / rate_radps];
         self.variance *= 1.0 - gain;
-        let is_far = size(self.found_m) > square(LEAST_M);
+        let is_far = size(self.found_m) > square(MIN_M);
         self.used |= is_far && self.evidence.iter().all(|side| *side > ENOUGH);
     }
 }

@@ -71,7 +71,7 @@ impl AttitudeWatch {
 
     /// Whether the reference turns differently from the gyros.
     pub fn is_inconsistent(&self) -> bool {
-        self.square.iter().any(|square| *square > MOST_RAD * MOST_RAD)
+        self.square.iter().any(|square| *square > MAX_RAD * MAX_RAD)
     }
 
     /// Additional variances of a reading in tilt and heading, rad², beyond its noise of `noise_rad`, for readings every
@@ -96,7 +96,7 @@ const USUAL: f32 = 1.5;
 /// Correlation time, s, of the reference's error while the difference swings.
 const ALIKE_S: f32 = 1.0;
 /// Largest root mean square swing, rad (2.5°), of a reference that follows the vehicle's motion.
-const MOST_RAD: f32 = 0.044;
+const MAX_RAD: f32 = 0.044;
 
 #[cfg(test)]
 mod tests {

@@ -18,15 +18,15 @@ pub(super) struct Barometer {
 /// Averaging time of the scatter, s: a hundred readings of most barometers.
 const SCATTER_S: f64 = 10.0;
 /// Largest contribution of a reading to the noise, in one-sigmas: outliers are not noise.
-const MOST_SIGMAS: f64 = 3.0;
+const MAX_SIGMAS: f64 = 3.0;
 /// Largest weight of one reading in the variance.
-const MOST_SHARE: f64 = 0.05;
+const MAX_SHARE: f64 = 0.05;
 /// Longest time, s, for which a logger repeats a reading; longer repetitions come from a coarse resolution.
 const HELD_S: f64 = 1.2;
 /// Initial one-sigma of the noise, in multiples of the stated one-sigma.
 const UNKNOWN: f64 = 2.0;
 /// Largest one-sigma of the noise, in multiples of the stated one-sigma.
-const MOST: f64 = 10.0;
+const MAX: f64 = 10.0;
 
 impl Barometer {
     /// State before the first reading.
@@ -75,17 +75,17 @@ impl Barometer {
     ) -> f64 {
         let known = f64::from(self.variance).max(square(noise_m));
         let differs = 0.5 * square(innovation_m - f64::from(self.left_m)) - explained;
-        let counted = differs.max(0.0).min(square(MOST_SIGMAS) * known);
-        let share = (interval_s / SCATTER_S).clamp(0.0, MOST_SHARE);
+        let counted = differs.max(0.0).min(square(MAX_SIGMAS) * known);
+        let share = (interval_s / SCATTER_S).clamp(0.0, MAX_SHARE);
         self.variance += (share * (counted - f64::from(self.variance))) as f32;
         self.noise_variance(noise_m)
     }
 
-    /// Variance of the white error from the observed scatter, m². It is between 1 and [`MOST`]² times the square of
+    /// Variance of the white error from the observed scatter, m². It is between 1 and [`MAX`]² times the square of
     /// `noise_m`.
     pub fn noise_variance(&self, noise_m: f64) -> f64 {
         let least = square(noise_m);
-        f64::from(self.variance).max(least).min(square(MOST) * least)
+        f64::from(self.variance).max(least).min(square(MAX) * least)
     }
 
     /// Stores the residual of a reading after its update, m, for comparison with the next reading.

@@ -2,7 +2,7 @@
 
 use super::covariance::{Relaxation, Transition};
 use super::excess::Stepped;
-use super::filter::{Ekf, MOST_HIDDEN_RAD};
+use super::filter::{Ekf, MAX_HIDDEN_RAD};
 use super::ground::Ground;
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::scalar::Scalar;
@@ -58,7 +58,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let baro = L::BARO.map(|state| (state, self.covariance.variance(state)));
         self.covariance.clear();
         self.unpropagated = None;
-        self.open(ATTITUDE, [MOST_HIDDEN_RAD; 3]);
+        self.open(ATTITUDE, [MAX_HIDDEN_RAD; 3]);
         self.open(VELOCITY, [RESET_VELOCITY_MPS; 3]);
         self.open(POSITION, [RESET_POSITION_M; 3]);
         self.open(GYRO_BIAS, [self.config.imu.gyro_bias_sigma_radps; 3]);
@@ -131,7 +131,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) {
         self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn_rad).renormalised();
         for axis in first..VELOCITY {
-            self.covariance.set_variance(axis, square(MOST_HIDDEN_RAD));
+            self.covariance.set_variance(axis, square(MAX_HIDDEN_RAD));
         }
         self.attitude_watch.corrected(turn_rad.cast().to_array());
         trace.reset(first..VELOCITY);

@@ -107,7 +107,7 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     aiding: Aiding,
     rangefinder: Rangefinder,
     antenna_heading: AntennaHeadingModel,
-    waiting_fixes: [Option<Fix>; MOST_WAITING],
+    waiting_fixes: [Option<Fix>; MAX_WAITING],
     /// [`signature`] of the last fix.
     last_signature: u32,
     /// Whether the last fix is a repetition although the vehicle moves.
@@ -128,7 +128,7 @@ const REPEATED_MPS: f64 = 0.2;
 /// Longest time, s, between suspect samples of one event.
 const SUSPECT_S: f64 = 1.0;
 /// Number of fixes that may wait for the next inertial sample.
-const MOST_WAITING: usize = 4;
+const MAX_WAITING: usize = 4;
 
 impl Estimator {
     /// The default estimator, before its first event: all states, in `f64`, with a search for an unknown heading. Its
@@ -170,7 +170,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             aiding: config.aiding,
             rangefinder: config.rangefinder,
             antenna_heading: config.antenna_heading,
-            waiting_fixes: [None; MOST_WAITING],
+            waiting_fixes: [None; MAX_WAITING],
             last_signature: 0,
             is_frozen: false,
             level: Level::Believed,

@@ -65,7 +65,7 @@ const USUAL: f64 = 0.2;
 /// Factor that chance alone produces with correct noise.
 const BY_CHANCE: f64 = 1.5;
 /// Upper limit of the factor on the variance.
-const MOST: f64 = 10.0;
+const MAX: f64 = 10.0;
 /// Mean product of successive normalised innovations above which they indicate a step.
 const STEP: f64 = 4.0;
 /// Averaging time of the mean product, s.
@@ -81,7 +81,7 @@ const AGAIN_S: f64 = 10.0;
 /// Longest time, s, between two fixes that are compared.
 const LONGEST_S: f64 = 3.0;
 /// Limit to which a normalised innovation is clamped: outliers are not noise.
-const MOST_SIGMAS: f64 = 3.0;
+const MAX_SIGMAS: f64 = 3.0;
 
 impl Excess {
     /// State before the first fix: the assumed noise.
@@ -115,7 +115,7 @@ impl Excess {
             find(channel).filter(|axis| axis.verdict == verdict).map(Innovation::normalised)
         };
         let accepted = |channel| {
-            normalised(channel, Verdict::Accepted).map(|off| off.clamp(-MOST_SIGMAS, MOST_SIGMAS))
+            normalised(channel, Verdict::Accepted).map(|off| off.clamp(-MAX_SIGMAS, MAX_SIGMAS))
         };
         let rejected = |channel| normalised(channel, Verdict::Rejected);
         let level = accepted(Channel::VelocityNorth).zip(accepted(Channel::VelocityEast));
@@ -145,7 +145,7 @@ impl Excess {
             self.mean_product[0] += (interval_s / STEP_S).min(1.0) * (alike - self.mean_product[0]);
             let share = RATE * interval_s.min(1.0);
             self.learned =
-                (self.learned * (1.0 + share * (alike - USUAL))).clamp(1.0, BY_CHANCE * MOST);
+                (self.learned * (1.0 + share * (alike - USUAL))).clamp(1.0, BY_CHANCE * MAX);
         }
     }
 

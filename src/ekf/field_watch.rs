@@ -98,7 +98,7 @@ const WRONG_START_S: f32 = 30.0;
 /// Longest interval, s, for which one reading counts.
 const LONGEST_S: f32 = 1.0;
 /// Largest heading one-sigma assumed for the unobserved component, rad.
-const MOST_RAD: f32 = 1.0;
+const MAX_RAD: f32 = 1.0;
 
 impl FieldWatch {
     /// State before the first reading.
@@ -150,11 +150,11 @@ impl FieldWatch {
                 (field.azimuth_rad, field.azimuth_rad);
         }
         let elapsed_s = ((time - before) as f32).clamp(0.0, LONGEST_S);
-        let least_level = field.level.min(self.usual.level);
+        let min_level = field.level.min(self.usual.level);
         // Squares are compared: roots are slow, and needed only after a change.
         let strength = square(self.usual.level) + square(self.usual.down);
-        let [least_s, most_s] = LASTING_S;
-        let lasting_s = (2.0 * self.usual_s).clamp(least_s, most_s);
+        let [min_s, max_s] = LASTING_S;
+        let lasting_s = (2.0 * self.usual_s).clamp(min_s, max_s);
         let lasted = self.elsewhere_s > lasting_s;
         let chance = square(CHANGED_SIGMAS) * (self.scatter + strength * uncertainty.tilt_variance);
         // A heading variance that was raised because of the field must not make the field count as returned.
@@ -163,7 +163,7 @@ impl FieldWatch {
             parts: (square(CHANGED_SHARE) * strength).max(chance),
             turn: square(TURNED_RAD)
                 .max(square(TURNED_SIGMAS) * heading_variance)
-                .max(chance / square(least_level).max(f32::MIN_POSITIVE)),
+                .max(chance / square(min_level).max(f32::MIN_POSITIVE)),
         };
         let was_usual = self.heading_sigma_rad == 0.0;
         if was_usual {
@@ -186,14 +186,14 @@ impl FieldWatch {
         let turn_rad = |change: &Change| {
             // Two of the three components are observed directly.
             let across = root(0.5 * change.parts);
-            let unseen_rad = if least_level > 0.0 { across / least_level } else { MOST_RAD };
-            unseen_rad.min(MOST_RAD).max(root(change.turn))
+            let unseen_rad = if min_level > 0.0 { across / min_level } else { MAX_RAD };
+            unseen_rad.min(MAX_RAD).max(root(change.turn))
         };
         if is_settled {
             self.usual = field;
             (self.usual_s, self.elsewhere_s) = (self.elsewhere_s, 0.0);
         } else if is_back {
-            self.usual_s = (self.usual_s + elapsed_s).min(most_s);
+            self.usual_s = (self.usual_s + elapsed_s).min(max_s);
             let newest = if elapsed_s > 0.0 { elapsed_s / self.usual_s.min(USUAL_S) } else { 0.0 };
             self.scatter += newest * (0.5 * off.parts - self.scatter);
             self.usual.level += newest * (field.level - self.usual.level);

@@ -34,7 +34,7 @@ use crate::ins::{Increment, Integrator, Mounting, NavState, Start, UNKNOWN_HEIGH
 use crate::time::Time;
 
 /// Largest one-sigma of the attitude after a gap, rad: linearisation is invalid beyond it.
-pub(super) const MOST_HIDDEN_RAD: f64 = 0.5;
+pub(super) const MAX_HIDDEN_RAD: f64 = 0.5;
 
 /// State derived from the samples alone, independent of the filter's estimates.
 #[derive(Clone, Copy, Debug)]
@@ -429,7 +429,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let transition = self.coasting(interval_s);
         self.propagate(&transition, trace);
-        if interval_s.wide() * self.config.imu.gap_rate_radps >= MOST_HIDDEN_RAD {
+        if interval_s.wide() * self.config.imu.gap_rate_radps >= MAX_HIDDEN_RAD {
             self.attitude_lost = Some(time);
         }
         self.history.clear();

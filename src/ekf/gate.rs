@@ -179,7 +179,7 @@ impl Gate {
     fn settle(&mut self, taken_s: f32) {
         if self.ambiguity_m > 0.0 {
             self.ambiguity_m *= (1.0 - taken_s / f32::from(self.ambiguity_s)).max(0.0);
-            if self.ambiguity_m < AMBIGUITY_LEAST_M {
+            if self.ambiguity_m < AMBIGUITY_MIN_M {
                 self.ambiguity_m = 0.0;
             }
         }
@@ -199,7 +199,7 @@ const NEWEST: f32 = 0.2;
 /// Mean innovation, in one-sigmas, above which innovations count as biased: chance does not explain it.
 const BIASED_SIGMAS: f32 = 1.5;
 /// Bound on each innovation that enters the mean, one-sigmas.
-const MOST_BIAS_SIGMAS: f32 = 5.0;
+const MAX_BIAS_SIGMAS: f32 = 5.0;
 /// Time constant of the mean innovation, s, for frequent innovations.
 const BIAS_TIME_S: f64 = 2.0;
 /// Mean innovation, in one-sigmas, below which innovations are unbiased.
@@ -215,13 +215,13 @@ const HEADING_S: f64 = 120.0;
 /// height was fused for less time.
 const LEVEL_S: f64 = 120.0;
 /// Largest time constant of the decay of a position ambiguity, s.
-const AMBIGUITY_MOST_S: f32 = position_drift::MOST_MEMORY_S;
+const AMBIGUITY_MAX_S: f32 = position_drift::MAX_MEMORY_S;
 /// Minimum ambiguity, m; a smaller one is set to zero.
-const AMBIGUITY_LEAST_M: f32 = 0.1;
+const AMBIGUITY_MIN_M: f32 = 0.1;
 /// Fused time, s, after which a position counts as settled.
 const SETTLED_S: f32 = 5.0;
 /// Longest interval between two fixes, s, that counts towards the fused time of a height or a position.
-const MOST_BETWEEN_S: f32 = 3.0;
+const MAX_BETWEEN_S: f32 = 3.0;
 
 impl Gates {
     /// Gates before the first measurement.
@@ -309,7 +309,7 @@ impl Gates {
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
         let newest = NEWEST.min(((time - gate.accepted) / BIAS_TIME_S) as f32);
         gate.bias_sigmas += newest
-            * ((normalised as f32).clamp(-MOST_BIAS_SIGMAS, MOST_BIAS_SIGMAS) - gate.bias_sigmas);
+            * ((normalised as f32).clamp(-MAX_BIAS_SIGMAS, MAX_BIAS_SIGMAS) - gate.bias_sigmas);
         let is_biased = gate.bias_sigmas.abs() > BIASED_SIGMAS;
         is_biased
             && match group {
@@ -339,7 +339,7 @@ impl Gates {
     /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
     pub fn accepted(&mut self, group: Group, time: Time, spread: f64) {
         if let Some(gate) = self.gates.get_mut(group as usize) {
-            let since_s = ((time - gate.accepted) as f32).clamp(0.0, MOST_BETWEEN_S);
+            let since_s = ((time - gate.accepted) as f32).clamp(0.0, MAX_BETWEEN_S);
             match group {
                 Group::VerticalPosition if gate.was_open() => self.height_fused_s += since_s,
                 Group::HorizontalPosition if gate.was_open() => {

@@ -2,7 +2,7 @@
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
 use super::covariance::{Relaxation, Transition};
-use super::filter::{Ekf, MOST_HIDDEN_RAD};
+use super::filter::{Ekf, MAX_HIDDEN_RAD};
 use super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout};
 use super::level_force::AVERAGED_S;
 use super::motion_sum::{MotionSum, sum};
@@ -144,7 +144,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let imu = &self.config.imu;
         let velocity = imu.gap_acceleration_mps2 * interval_s;
         let turn = imu.gap_rate_radps * interval_s;
-        let (tilt, heading) = (turn.min(MOST_HIDDEN_TILT_RAD), turn.min(MOST_HIDDEN_RAD));
+        let (tilt, heading) = (turn.min(MAX_HIDDEN_TILT_RAD), turn.min(MAX_HIDDEN_RAD));
         let diagonal = |n: f64, e: f64, d: f64| {
             [n, 0.0, 0.0, e, 0.0, d].map(|sigma: f64| T::of(square(sigma)))
         };
@@ -389,7 +389,7 @@ const HALF_TIME_LEFT: f64 = 0.606_530_659_712_633_4;
 const ACROSS: f64 = 2.5;
 
 /// Largest one-sigma, rad, that a gap adds to roll and pitch. It suits controlled flight near hover.
-const MOST_HIDDEN_TILT_RAD: f64 = 0.3;
+const MAX_HIDDEN_TILT_RAD: f64 = 0.3;
 
 /// Variance per second that noise adds to the integral of a triad, by axis. It is the larger of two values: `walk`²,
 /// and the product of `share`², the variance `vibration` and its correlation time `alike_s`, s.

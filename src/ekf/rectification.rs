@@ -26,7 +26,7 @@ const SPREAD_S: f32 = 2.0;
 /// Factor by which the variance of a vibration must grow or fall to count as a change.
 const COMES: f32 = 4.0;
 /// Smallest vibration, (m/s²)², that counts as vibration of motors: hands and wind cause less.
-const LEAST: f32 = 0.04;
+const MIN: f32 = 0.04;
 
 impl Rectification {
     /// State before any vibration.
@@ -49,7 +49,7 @@ impl Rectification {
                     let most = (assumed_mps2 * assumed_mps2) as f32;
                     *opening = (SHARE * SHARE * (now - *before).abs()).min(most) / SPREAD_S;
                 }
-            } else if (now > COMES * *before || *before > COMES * now) && now.max(*before) > LEAST {
+            } else if (now > COMES * *before || *before > COMES * now) && now.max(*before) > MIN {
                 *left_s = SPREAD_S;
             }
         }

@@ -25,7 +25,7 @@ pub(super) struct SelfContradiction<T> {
     usual_m: Usual,
     /// Largest recent accelerations, horizontal and vertical, m/s².
     agility_mps2: [f32; 2],
-    /// Number of recent contradictions minus the number of later usual fixes, 0 to [`MOST`].
+    /// Number of recent contradictions minus the number of later usual fixes, 0 to [`MAX`].
     contradictions: u8,
     /// Time of the last contradiction.
     contradicted: Time,
@@ -93,7 +93,7 @@ impl Usual {
         let share = weight * (interval_s / self.learned_s).min(1.0);
         let squares = [(square(north) + square(east)) / 2.0, square(down)];
         for ((mean, new), limit) in self.mean_squares.iter_mut().zip(squares).zip(limits) {
-            let most = square(MOST_LEARNED / LEARNED * limit);
+            let most = square(MAX_LEARNED / LEARNED * limit);
             *mean += share * (new.min(most) as f32 - *mean);
         }
     }
@@ -122,7 +122,7 @@ impl Unexplained {
 }
 
 /// Shortest interval between compared fixes, s: over shorter ones, drift cannot be separated from motion.
-const LEAST_S: f64 = 0.8;
+const MIN_S: f64 = 0.8;
 /// Longest interval between two compared fixes, s.
 const LONGEST_S: f64 = 2.5;
 /// Usual error of a velocity change, m/s, from vibration and a swinging antenna.
@@ -146,7 +146,7 @@ const LEARNED_S: f32 = 10.0;
 /// two minutes must.
 const UNUSUAL: f32 = 0.25;
 /// Largest change that is learned, in units of its limit divided by [`LEARNED`]. Larger changes are clamped.
-const MOST_LEARNED: f64 = 2.0;
+const MAX_LEARNED: f64 = 2.0;
 /// Limit of a usual change, in multiples of the learned root mean square.
 const LEARNED: f64 = 5.0;
 /// Limit of a usual change, in one-sigmas of a fix: five one-sigmas of the difference of two fixes.
@@ -160,7 +160,7 @@ const REJECTED_FROM: u8 = 2;
 /// usual.
 const CONTRADICTED_S: f64 = 30.0;
 /// Upper limit of the number of contradictions.
-const MOST: u8 = 3;
+const MAX: u8 = 3;
 
 impl<T: Scalar> SelfContradiction<T> {
     /// State before the first fix.
@@ -215,12 +215,12 @@ impl<T: Scalar> SelfContradiction<T> {
             self.proven = false;
         }
         let interval_s = reading.time - before.time;
-        if (0.0..LEAST_S).contains(&interval_s) {
+        if (0.0..MIN_S).contains(&interval_s) {
             return;
         }
         let (felt_mps, in_part) = (self.felt_mps.cast(), self.in_part);
         self.begin(reading);
-        if !(LEAST_S..=LONGEST_S).contains(&interval_s) {
+        if !(MIN_S..=LONGEST_S).contains(&interval_s) {
             self.unexplained = Unexplained::NONE;
             return;
         }
@@ -259,12 +259,12 @@ impl<T: Scalar> SelfContradiction<T> {
         self.judge_jump(reading.time, left_mps, is_impossible_at_any_attitude);
         self.contradictions = if unexplained.opposes(&self.unexplained) {
             self.contradicted = reading.time;
-            (self.contradictions + 1).min(MOST)
+            (self.contradictions + 1).min(MAX)
         } else if is_usual {
             self.contradictions.saturating_sub(1)
         } else if self.proven {
             // Only successive usual fixes withdraw a proof.
-            MOST
+            MAX
         } else {
             self.contradictions
         };

@@ -29,12 +29,12 @@ pub struct OutOfRange {
 }
 
 /// Limit of every setting, in any unit; its square is finite in single precision too.
-pub(super) const MOST_SETTING: f64 = 1e9;
+pub(super) const MAX_SETTING: f64 = 1e9;
 
 /// The largest value of a setting, and its range in words.
 macro_rules! most {
     () => {
-        ($crate::ekf::setting::MOST_SETTING, "0 to 1e9")
+        ($crate::ekf::setting::MAX_SETTING, "0 to 1e9")
     };
     ($most:literal) => {
         (f64::from($most), concat!("0 to ", stringify!($most)))
@@ -52,7 +52,7 @@ macro_rules! or_zero {
 }
 
 /// Declares a group of settings. Each has its doc, its default, its range in flight, its unit, and its largest value if
-/// that is less than [`MOST_SETTING`]. All are `f64`, and readable by name from a configuration file.
+/// that is less than [`MAX_SETTING`]. All are `f64`, and readable by name from a configuration file.
 macro_rules! settings {
     ($(#[$group:meta])* $name:ident {
         $($(#[$field:meta])* $key:ident = $default:literal $(to $most:literal)?,

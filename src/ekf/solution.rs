@@ -75,10 +75,10 @@ impl Solution {
 const MOVES_SIGMAS: f64 = 3.0;
 
 impl<T: Scalar> Solution<T> {
-    /// Whether the speed exceeds `least_mps` plus three one-sigmas of the velocity.
-    pub(super) fn moves(&self, least_mps: f64) -> bool {
+    /// Whether the speed exceeds `min_mps` plus three one-sigmas of the velocity.
+    pub(super) fn moves(&self, min_mps: f64) -> bool {
         let [north, east, down] = self.velocity_sigma_mps.to_array();
-        let still_mps = T::of(least_mps) + T::of(MOVES_SIGMAS) * north.max(east).max(down);
+        let still_mps = T::of(min_mps) + T::of(MOVES_SIGMAS) * north.max(east).max(down);
         !self.velocity_mps.is_shorter_than(still_mps)
     }
 

@@ -136,12 +136,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         true
     }
 
-    /// Adopts a heading found by the search, with a one-sigma of at least `least_rad`. Returns `false` if its motion is
+    /// Adopts a heading found by the search, with a one-sigma of at least `min_rad`. Returns `false` if its motion is
     /// impossible for a vehicle.
     pub(super) fn accept_heading(
         &mut self,
         motion: &HypothesisMotion<T>,
-        least_rad: f64,
+        min_rad: f64,
         trace: &mut impl Trace<T, N>,
     ) -> bool {
         let before_rad = self.state.body_to_ned.heading_rad();
@@ -149,7 +149,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return false;
         }
         let turned_rad = wrap_angle((self.state.body_to_ned.heading_rad() - before_rad).wide());
-        self.open_heading(least_rad);
+        self.open_heading(min_rad);
         for axis in [ATTITUDE, ATTITUDE + 1] {
             self.covariance.open_to(axis, FOUND_TILT_RAD);
         }

@@ -75,7 +75,7 @@ pub(super) const INTERVAL_S: f64 = 0.2;
 /// Usual one-sigma of a car's velocity across, from tyre slip and uneven roads, m/s.
 const USUAL_MPS: f32 = 0.1;
 /// Lower limit of the residual's one-sigma, m/s.
-const LEAST_MPS: f32 = 0.05;
+const MIN_MPS: f32 = 0.05;
 /// Correlation time of the residual, s.
 const CORRELATED_S: f32 = 2.0;
 /// One-sigma of the slope after estimation: it includes the mean heading error.
@@ -311,7 +311,7 @@ impl WheelWatch {
         let causes = seen.causes();
         let of_line = dot(&times(&covariance, &causes), &causes);
         let once =
-            track.left.max(square(LEAST_MPS)) + square(slope_sigma * seen.forward_mps) + of_line;
+            track.left.max(square(MIN_MPS)) + square(slope_sigma * seen.forward_mps) + of_line;
         Line {
             slope: slope + compliance * seen.force_mps2,
             arm_m,
@@ -334,7 +334,7 @@ impl WheelWatch {
 
     /// One-sigma of the constrained velocity across, m/s.
     pub fn sigma_mps(&self) -> f32 {
-        root(self.right.left.max(self.down.left).max(square(LEAST_MPS)))
+        root(self.right.left.max(self.down.left).max(square(MIN_MPS)))
     }
 }
 

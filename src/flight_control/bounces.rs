@@ -3,7 +3,7 @@
 use crate::time::Time;
 
 /// Number of engagements in quick succession after which the switch is locked out.
-pub(super) const MOST_ENGAGEMENTS: u8 = 3;
+pub(super) const MAX_ENGAGEMENTS: u8 = 3;
 /// Time, s, without a change of the switch after which the count of engagements is reset. Only an open switch ends a
 /// lockout.
 pub(super) const STEADY_S: f64 = 3.0;
@@ -36,6 +36,6 @@ impl Bounces {
 
     /// Whether closing the switch has no effect.
     pub const fn is_locked(&self) -> bool {
-        self.engagements >= MOST_ENGAGEMENTS
+        self.engagements >= MAX_ENGAGEMENTS
     }
 }

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::bounces::{MOST_ENGAGEMENTS, STEADY_S};
+use super::bounces::{MAX_ENGAGEMENTS, STEADY_S};
 use crate::autopilot::{Mode, ProgrammeChange, Readiness, Reason, Transition};
 use crate::health::Distrust;
 
@@ -81,7 +81,7 @@ impl fmt::Display for ControlNotice {
             ),
             Self::SwitchBounces => write!(
                 f,
-                "the pilot flies: the switch bounces, {MOST_ENGAGEMENTS} engagements in a row; leave it open for \
+                "the pilot flies: the switch bounces, {MAX_ENGAGEMENTS} engagements in a row; leave it open for \
                  {STEADY_S} s to engage again"
             ),
             Self::HandedBack(why) => {

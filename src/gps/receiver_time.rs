@@ -9,7 +9,7 @@ const GPS_START_DAY: i32 = 3_657;
 /// Nanoseconds from the start of 1970 to the start of GPS time.
 const GPS_START_NS: i64 = GPS_START_DAY as i64 * DAY_NS;
 /// Upper limit of the number of leap seconds in the future.
-const MOST_LEAP_SECONDS: i64 = 60;
+const MAX_LEAP_SECONDS: i64 = 60;
 
 /// Earliest GPS week that a live receiver can report: that of 4 January 2026.
 pub const WEEK_FLOOR: u16 = 2_400;
@@ -128,7 +128,7 @@ impl ReceiverTime {
         // GPS time may already be in the next week.
         let (leap_ns, turned) =
             if rounded_ns < 0 { (rounded_ns.saturating_add(WEEK_NS), 1) } else { (rounded_ns, 0) };
-        if leap_ns >= (MOST_LEAP_SECONDS + 1) * NS_PER_S {
+        if leap_ns >= (MAX_LEAP_SECONDS + 1) * NS_PER_S {
             return None;
         }
         // The quotient has few digits, so rounding cannot carry it across a whole number.

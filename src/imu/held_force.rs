@@ -6,7 +6,7 @@ use crate::scalar::Scalar;
 /// Usual change of a vehicle's own specific force within a second, one-sigma, m/s².
 const AGILITY_MPS2: f64 = 1.0;
 /// Largest change of a vehicle's own specific force within a second, one-sigma, m/s².
-const MOST_AGILITY_MPS2: f64 = 3.0;
+const MAX_AGILITY_MPS2: f64 = 3.0;
 /// Memory of the force before a shock, s.
 const BEFORE_S: f64 = 0.3;
 /// Growth per second of the variance of the force estimated during a shock, (m/s²)²/s.
@@ -19,7 +19,7 @@ const WEIGHED_S: f64 = 0.3;
 /// Variance of the integral of a held force over that time, (m/s)². A shock begins when the vibration adds more than
 /// this.
 const HELD_COST: f64 =
-    MOST_AGILITY_MPS2 * MOST_AGILITY_MPS2 * (BEFORE_S * WEIGHED_S + WEIGHED_S * WEIGHED_S / 3.0);
+    MAX_AGILITY_MPS2 * MAX_AGILITY_MPS2 * (BEFORE_S * WEIGHED_S + WEIGHED_S * WEIGHED_S / 3.0);
 /// Limit of the difference between a reading and the estimated force while a tone is clipped, in one-sigmas of the
 /// vibration. Larger differences are clamped. The estimate is then nearly a median; one-sided clipping hardly shifts
 /// it.
@@ -29,7 +29,7 @@ const PUSHES: f64 = 0.2;
 /// Memory of the strongest vibration, s.
 const SHAKING_S: f64 = 0.05;
 /// Smallest decay factor of the strongest vibration per sample: a tone continues between its peaks.
-const LEAST_LEFT: f64 = 0.3;
+const MIN_LEFT: f64 = 0.3;
 
 /// Estimates the specific force of one inertial unit by a short mean. In a shock, a Kalman filter replaces the mean.
 /// Its measurement noise is the vibration, its process noise the agility of a vehicle.
@@ -180,7 +180,7 @@ impl<T: Scalar> Shock<T> {
 
     /// Weight, 0 to 1, of a reading against the estimated force.
     fn weigh(&mut self, shaking: T, interval_s: T) -> T {
-        let left = (T::ONE - interval_s * T::of(1.0 / SHAKING_S)).max(T::of(LEAST_LEFT));
+        let left = (T::ONE - interval_s * T::of(1.0 / SHAKING_S)).max(T::of(MIN_LEFT));
         self.shaking = shaking.max(left * self.shaking);
         self.variance += T::of(DRIFT) * interval_s;
         let weight = self.variance / (self.variance + self.shaking);
@@ -305,8 +305,8 @@ mod tests {
                     error_mps.abs() < 3.0 * sigma_mps,
                     "{lasts}: {error_mps} of {sigma_mps} m/s"
                 );
-                let most_mps = if full_scale < 40.0 { 11.0 } else { 7.0 };
-                assert!(error_mps.abs() < most_mps, "{lasts}: {error_mps} m/s");
+                let max_mps = if full_scale < 40.0 { 11.0 } else { 7.0 };
+                assert!(error_mps.abs() < max_mps, "{lasts}: {error_mps} m/s");
             }
         }
     }

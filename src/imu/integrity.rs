@@ -183,7 +183,7 @@ pub struct Integrity<T = f64> {
 /// Memory of the usual vibration, s.
 const USUAL_S: f64 = 5.0;
 /// Time after which the usual vibration counts as known, s.
-const LEAST_SEEN_S: f64 = 1.0;
+const MIN_SEEN_S: f64 = 1.0;
 /// Number of successive repetitions that indicate an inertial unit that does not measure.
 const STUCK: u8 = 2;
 /// Number of successive samples on a straight line that indicate interpolation by a logger.
@@ -193,12 +193,12 @@ const STRAIGHT_S: f64 = 0.1;
 /// Largest deviation of such samples from the line, as a fraction of the usual noise.
 const STRAIGHT_SHARE: f64 = 0.02;
 /// Minimum accelerometer noise, (m/s²)², at which straight lines count: a smaller noise may be that of a simulation.
-const LEAST_NOISE: f64 = 1e-4;
+const MIN_NOISE: f64 = 1e-4;
 /// Number of successive intervals of usual length that a shock needs to begin, including the current one. At its
 /// beginning, a shock also excludes the previous two readings.
 const EVEN: u8 = 3;
 /// Minimum vibration, (m/s²)², at which repeated readings are a fault: a smaller vibration may be below the resolution.
-const LEAST_VIBRATION: f64 = 0.0025;
+const MIN_VIBRATION: f64 = 0.0025;
 
 impl<T: Scalar> Integrity<T> {
     /// State before the first sample.
@@ -218,8 +218,7 @@ impl<T: Scalar> Integrity<T> {
     /// vibrates. Its registers were not written, and the sample contains no information. A single repetition is normal
     /// in a log sampled faster than its sensor.
     pub fn is_stuck(&mut self, motion: &Motion<T>) -> bool {
-        let vibrates =
-            || self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_VIBRATION));
+        let vibrates = || self.accel.usual.iter().any(|&variance| variance > T::of(MIN_VIBRATION));
         let (Motion::Rates { angular_rate_radps: turn, specific_force_mps2: force }
         | Motion::Increments { angle_rad: turn, velocity_mps: force }) = *motion;
         let readings = Some([turn.to_array(), force.to_array()]);
@@ -230,7 +229,7 @@ impl<T: Scalar> Integrity<T> {
 
     /// Whether a logger has interpolated the sample: [`STRAIGHT`] samples or more, over [`STRAIGHT_S`], lie on a
     /// straight line in all six readings. `interval_s` is the time since the last used sample. The readings must change
-    /// along the line. The usual noise of an accelerometer must exceed [`LEAST_NOISE`].
+    /// along the line. The usual noise of an accelerometer must exceed [`MIN_NOISE`].
     ///
     /// # Source
     /// Equation (S17) of docs/equations.md.
@@ -257,7 +256,7 @@ impl<T: Scalar> Integrity<T> {
         self.straight = if is_straight { self.straight.saturating_add(1) } else { 0 };
         self.straight >= STRAIGHT
             && T::of(f64::from(self.straight)) * typical_s >= T::of(STRAIGHT_S)
-            && self.accel.usual.iter().any(|&variance| variance > T::of(LEAST_NOISE))
+            && self.accel.usual.iter().any(|&variance| variance > T::of(MIN_NOISE))
             && self.accel.difference.is_moving()
     }
 
@@ -294,7 +293,7 @@ impl<T: Scalar> Integrity<T> {
             lost_s: if is_late { interval_s - typical } else { T::ZERO },
             now: (interval_s / T::of(NOW_S)).min(T::ONE),
             usual: (interval_s / self.seen_s).min(T::ONE),
-            usual_is_known: checks.shocks && self.seen_s > T::of(LEAST_SEEN_S),
+            usual_is_known: checks.shocks && self.seen_s > T::of(MIN_SEEN_S),
             checks,
         };
         let (turn, force) = (rates.angular_rate_radps, rates.specific_force_mps2);

@@ -17,7 +17,7 @@ pub use integrity::{Checks, FullScale, Integrity, StuckAxes, Suspicion};
 pub use motion::{MeanRates, Motion};
 #[doc(hidden)]
 pub use notch::apparent_hz;
-pub use notch::{MOST_HARMONICS, Notch, NotchConfig};
+pub use notch::{MAX_HARMONICS, Notch, NotchConfig};
 #[doc(hidden)]
 pub use rest::Rest;
 pub(crate) use second_difference::{SecondDifference, noise_variance};

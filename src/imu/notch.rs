@@ -19,7 +19,7 @@ use crate::frames::{Body, Vector};
 use crate::time::Time;
 
 /// Largest number of harmonics that a notch removes.
-pub const MOST_HARMONICS: usize = 4;
+pub const MAX_HARMONICS: usize = 4;
 
 /// Settings of a notch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,7 +33,7 @@ pub struct NotchConfig {
     pub frequency_hz: f64,
     /// Width of the notch at half power, Hz, the same at each harmonic.
     pub width_hz: f64,
-    /// Number of multiples of the frequency to remove, 1 to [`MOST_HARMONICS`].
+    /// Number of multiples of the frequency to remove, 1 to 4.
     pub harmonics: u32,
     /// Lowest apparent frequency to remove, Hz: lower frequencies belong to the vehicle's own motion.
     pub least_hz: f64,
@@ -59,7 +59,7 @@ impl NotchConfig {
         self
     }
 
-    /// Sets the number of multiples of the frequency to remove, 1 to [`MOST_HARMONICS`].
+    /// Sets the number of multiples of the frequency to remove, 1 to 4.
     #[must_use]
     pub const fn with_harmonics(mut self, harmonics: u32) -> Self {
         self.harmonics = harmonics;
@@ -68,7 +68,7 @@ impl NotchConfig {
 
     /// The first setting out of range: its name, its value and the expected range. Frequencies must be from 0 to less
     /// than 10 000 Hz. The width must be more than 0 and less than 10 000 Hz. The number of harmonics must be 1 to
-    /// [`MOST_HARMONICS`].
+    /// [`MAX_HARMONICS`].
     #[must_use]
     pub fn out_of_range(&self) -> Option<(&'static str, f64, &'static str)> {
         const FREQUENCY: &str = "0 to less than 10000 Hz";
@@ -78,7 +78,7 @@ impl NotchConfig {
         let checks = [
             ("frequency_hz", self.frequency_hz, FREQUENCY, frequency(self.frequency_hz)),
             ("width_hz", self.width_hz, WIDTH, frequency(self.width_hz) && self.width_hz > 0.0),
-            ("harmonics", harmonics, "1 to 4", (1.0..=MOST_HARMONICS as f64).contains(&harmonics)),
+            ("harmonics", harmonics, "1 to 4", (1.0..=MAX_HARMONICS as f64).contains(&harmonics)),
             ("least_hz", self.least_hz, FREQUENCY, frequency(self.least_hz)),
         ];
         checks
@@ -164,7 +164,7 @@ impl Section {
 #[derive(Clone, Copy, Debug)]
 pub struct Notch {
     config: NotchConfig,
-    sections: [Section; MOST_HARMONICS],
+    sections: [Section; MAX_HARMONICS],
     /// Number of sections in use.
     used: usize,
     frequency_hz: f64,
@@ -182,7 +182,7 @@ impl Notch {
     pub fn new(config: NotchConfig) -> Self {
         Self {
             config,
-            sections: [Section::default(); MOST_HARMONICS],
+            sections: [Section::default(); MAX_HARMONICS],
             used: 0,
             frequency_hz: config.frequency_hz,
             interval_s: 0.0,
@@ -270,11 +270,11 @@ impl Notch {
         }
         self.set_for = now;
         let [rate_hz, frequency_hz] = now;
-        let width = (core::f64::consts::PI * self.config.width_hz / rate_hz).min(MOST_WIDTH);
+        let width = (core::f64::consts::PI * self.config.width_hz / rate_hz).min(MAX_WIDTH);
         let alpha = libm::tan(width);
         let (mut used, mut delay_samples) = (0, 0.0);
         let last = self.sections.iter().take(self.used).next_back().map(|last| last.outputs);
-        for harmonic in 1..=self.config.harmonics.min(MOST_HARMONICS as u32) {
+        for harmonic in 1..=self.config.harmonics.min(MAX_HARMONICS as u32) {
             let apparent_hz = apparent_hz(f64::from(harmonic) * frequency_hz, rate_hz);
             if apparent_hz < self.config.least_hz || frequency_hz == 0.0 {
                 continue;
@@ -298,7 +298,7 @@ impl Notch {
 }
 
 /// Upper limit of half the width of a notch, rad per sample.
-const MOST_WIDTH: f64 = 0.75;
+const MAX_WIDTH: f64 = 0.75;
 
 fn components(motion: &Motion) -> [f64; AXES] {
     let (Motion::Rates { angular_rate_radps: a, specific_force_mps2: b }

@@ -22,7 +22,7 @@ pub(super) struct Repetition<T> {
 /// Memory of the learned fraction of repetitions, s.
 const MEMORY_S: f64 = 20.0;
 /// Smallest fraction of repetitions assumed for any sensor.
-const LEAST_SHARE: f32 = 0.02;
+const MIN_SHARE: f32 = 0.02;
 /// Lower limit of the learned fraction. Without it, the fraction would become denormal after half an hour, which slows
 /// the processor.
 const FORGOTTEN_SHARE: f32 = 1e-9;
@@ -51,7 +51,7 @@ impl<T: Scalar> Repetition<T> {
             if last[axis] == values[axis] {
                 self.count[axis] += 1.0;
                 self.run_s[axis] += interval_s;
-                if self.count[axis] * libm::logf(share.max(LEAST_SHARE)) < IMPROBABLE {
+                if self.count[axis] * libm::logf(share.max(MIN_SHARE)) < IMPROBABLE {
                     stuck_s[axis] = self.run_s[axis];
                 } else {
                     *share += newest * (1.0 - *share);

@@ -25,9 +25,9 @@ const TILT_MEMORY_S: f64 = 0.3;
 const TURN_MEMORY_S: f64 = 1.0;
 /// Largest change of tilt over a gap, rad. A rate that would exceed this change is a movement about to stop, and a
 /// single sample of the rate may be vibration. A state tilted past the vertical would return upside down.
-const MOST_TILTED_RAD: f64 = 0.35;
+const MAX_TILTED_RAD: f64 = 0.35;
 /// Largest turn about the vertical over a gap, rad. A rate that would exceed this turn is a movement about to stop.
-const MOST_TURNED_RAD: f64 = 1.0;
+const MAX_TURNED_RAD: f64 = 1.0;
 
 /// Upper limit of the speed, m/s: faster than any orbit.
 const FASTEST_MPS: f64 = 1e4;
@@ -125,9 +125,9 @@ impl<T: Scalar> NavState<T> {
         let lasting_s = |memory_s: f64| interval_s / (T::ONE + interval_s / T::of(memory_s));
         let rate = self.body_to_ned * angular_rate_radps;
         let tilt_s = lasting_s(TILT_MEMORY_S);
-        let most = T::of(MOST_TILTED_RAD);
+        let most = T::of(MAX_TILTED_RAD);
         let tilt_s = tilt_s * (most / (rate.x().hypot(rate.y()) * tilt_s).max(most));
-        let most = T::of(MOST_TURNED_RAD);
+        let most = T::of(MAX_TURNED_RAD);
         let turned = (rate.z() * lasting_s(TURN_MEMORY_S)).min(most).max(-most);
         let rotation = Vector::new(rate.x() * tilt_s, rate.y() * tilt_s, turned);
         let rotation_rad = self.body_to_ned.inverse() * rotation;
@@ -169,7 +169,7 @@ mod tests {
             let mut state = NavState::<f64>::ORIGIN;
             let rate = Vector::new(0.0, rate_radps, 0.0);
             let turned = state.coast(state.time.offset_by(5.0), rate);
-            let expected = (rate_radps * 5.0 / (1.0 + 5.0 / TILT_MEMORY_S)).min(MOST_TILTED_RAD);
+            let expected = (rate_radps * 5.0 / (1.0 + 5.0 / TILT_MEMORY_S)).min(MAX_TILTED_RAD);
             assert!((turned.y() - expected).abs() < 1e-6, "{rate_radps}: {turned:?}");
         }
     }

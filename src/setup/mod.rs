@@ -26,9 +26,9 @@ const PART_NS: i64 = (PART_S * 1e9) as i64;
 /// Longest interval between two samples of one average, ns.
 const GAP_NS: i64 = 250_000_000;
 /// Smallest number of samples of an average.
-const LEAST_SAMPLES: u16 = 3;
+const MIN_SAMPLES: u16 = 3;
 /// Number of averages after which the samples are no longer checked: ten minutes.
-const MOST_PARTS: u16 = 1200;
+const MAX_PARTS: u16 = 1200;
 
 /// Check of units, signs and axes: a bounded amount of work for each event, no growing memory.
 ///
@@ -91,7 +91,7 @@ impl SetupCheck {
     }
 
     fn push_sample(&mut self, sample: &ImuSample) -> Option<SetupFault> {
-        if self.parts >= MOST_PARTS {
+        if self.parts >= MAX_PARTS {
             return None;
         }
         let mean = self.part.push(sample)?;
@@ -167,7 +167,7 @@ impl Part {
             angular_rate_radps: self.rate_radps * share,
             specific_force_mps2: self.force_mps2 * share,
         };
-        (self.count >= LEAST_SAMPLES
+        (self.count >= MIN_SAMPLES
             && mean.angular_rate_radps.is_finite()
             && mean.specific_force_mps2.is_finite())
         .then_some(mean)

@@ -12,7 +12,7 @@ pub(super) const PART_S: f64 = 0.5;
 /// Smallest angle of a fast turn over an averaging interval, rad.
 const FAST_RAD: f32 = 0.5;
 /// Smallest number of averaging intervals for a result: 20 s.
-const LEAST_PARTS: f32 = 40.0;
+const MIN_PARTS: f32 = 40.0;
 /// Smallest fraction of averaging intervals with a fast turn that indicates rates in °/s. No flight reaches it while
 /// the specific force varies by less than [`VARIATION`].
 const FAST_SHARE: f32 = 0.25;
@@ -69,7 +69,7 @@ impl GravityTurn {
             self.force += size;
             self.force_squared += size * size;
         }
-        if self.parts < LEAST_PARTS || self.fast < FAST_SHARE * self.parts {
+        if self.parts < MIN_PARTS || self.fast < FAST_SHARE * self.parts {
             return None;
         }
         let [by_gyros, by_gravity, force, force_squared] =

@@ -8,18 +8,18 @@ use crate::time::Time;
 /// Length of a comparison interval, s: time over which displacement and velocity are compared.
 const PART_S: f64 = 4.0;
 /// Smallest number of comparison intervals for a result: 80 s.
-const LEAST_PARTS: f32 = 20.0;
+const MIN_PARTS: f32 = 20.0;
 /// Number of comparison intervals after which the sums start again: 4 min. A single jump of position thus does not hide
 /// later motion.
-const MOST_PARTS: f32 = 60.0;
+const MAX_PARTS: f32 = 60.0;
 /// Smallest velocity on a horizontal axis, m/s rms, without its part that is proportional to the other axis. On the
 /// down axis the limit is half of it.
-const LEAST_MPS: f32 = 0.5;
+const MIN_MPS: f32 = 0.5;
 /// Smallest fraction of the sum of squared horizontal displacement rates that the velocity must explain.
 const EXPLAINED: f32 = 0.8;
 /// Smallest number of comparison intervals for a result on the down axis. Heights scatter by metres, so more intervals
 /// must agree on the sign.
-const LEAST_DOWN_PARTS: f32 = 40.0;
+const MIN_DOWN_PARTS: f32 = 40.0;
 /// Smallest fraction of the sum of squared vertical displacement rates that the down velocity must explain.
 const EXPLAINED_DOWN: f32 = 0.35;
 /// Ratios of displacement rate to velocity of a correct receiver.
@@ -141,7 +141,7 @@ impl Level {
     fn judge(sums: &mut Option<Self>, reported: [f32; 2], moved: [f32; 2]) -> Option<SetupFault> {
         let level = sums.as_mut()?;
         level.add(reported, moved);
-        if level.count < LEAST_PARTS {
+        if level.count < MIN_PARTS {
             return None;
         }
         match level.fit().map_or(Verdict::Unclear, Verdict::of) {
@@ -150,7 +150,7 @@ impl Level {
                 return Some(fault);
             }
             Verdict::Sound => *sums = None,
-            Verdict::Unclear if level.count >= MOST_PARTS => *sums = Some(Self::NONE),
+            Verdict::Unclear if level.count >= MAX_PARTS => *sums = Some(Self::NONE),
             Verdict::Unclear => {}
         }
         None
@@ -168,7 +168,7 @@ impl Level {
     /// axes, or if the matrix explains too little of the displacements.
     fn fit(&self) -> Option<[[f32; 2]; 2]> {
         let [nn, ne, ee] = self.reported;
-        let least = LEAST_MPS * LEAST_MPS * self.count;
+        let least = MIN_MPS * MIN_MPS * self.count;
         let determinant = nn * ee - ne * ne;
         if determinant <= least * nn || determinant <= least * ee {
             return None;
@@ -235,17 +235,17 @@ impl Down {
         *xx += reported * reported;
         *both += reported * moved;
         *yy += moved * moved;
-        if *count < LEAST_DOWN_PARTS {
+        if *count < MIN_DOWN_PARTS {
             return None;
         }
-        let moves = *xx > 0.25 * LEAST_MPS * LEAST_MPS * *count;
+        let moves = *xx > 0.25 * MIN_MPS * MIN_MPS * *count;
         let explains = *both * *both > EXPLAINED_DOWN * *xx * *yy;
         if moves && explains {
             let fault = (*both < 0.0).then_some(SetupFault::VelocityUp);
             *sums = None;
             return fault;
         }
-        if *count >= MOST_PARTS {
+        if *count >= MAX_PARTS {
             *sums = Some(Self::NONE);
         }
         None

@@ -91,13 +91,13 @@ fn a_search_for_hover_and_8_m_per_s_keeps_its_margins_between_them() {
 /// An error of the heading turns the velocity: 3° at 8 m/s are 0.4 m/s to the side.
 #[test]
 fn forward_flight_in_gusts_keeps_its_velocity() {
-    for (seed, speed_mps, most_mps) in
+    for (seed, speed_mps, max_mps) in
         [(1, 5.0, 0.3), (2, 5.0, 0.3), (3, 5.0, 0.3), (4, FASTEST_MPS, 0.5)]
     {
         let flight = flight(seed, 100.0, vec![(20.0, FlightEvent::SetPoint(ahead(speed_mps)))]);
         let found = flight.velocity_deviation_mps(35.0..100.0, [speed_mps, 0.0, 0.0]).unwrap();
         println!("seed {seed}, {speed_mps} m/s: {found:?} m/s");
-        assert!(found.iter().all(|rms| *rms <= most_mps), "seed {seed}: {found:?} m/s");
+        assert!(found.iter().all(|rms| *rms <= max_mps), "seed {seed}: {found:?} m/s");
         assert_eq!(flight.samples.last().unwrap().mode, Mode::Position);
     }
 }

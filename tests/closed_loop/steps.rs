@@ -296,10 +296,10 @@ fn fifty_engagements_and_releases_move_the_attitude_by_no_more_than_3_degrees() 
 /// Twelve seconds after the filter's first sample its errors and the vehicle are still in motion.
 #[test]
 fn an_engagement_soon_after_the_start_moves_the_attitude_by_little_more() {
-    for (feedback, most_deg) in [(Feedback::Truth, 4.0), (Feedback::Estimator, 5.0)] {
+    for (feedback, max_deg) in [(Feedback::Truth, 4.0), (Feedback::Estimator, 5.0)] {
         let Excursions { engaged, released } = excursions(feedback, 12.0);
         assert!(
-            engaged[1] < most_deg && released[1] < 3.0,
+            engaged[1] < max_deg && released[1] < 3.0,
             "{feedback:?}: {engaged:?} {released:?}"
         );
     }

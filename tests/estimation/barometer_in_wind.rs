@@ -51,7 +51,7 @@ fn a_barometer_in_the_wind_of_the_vehicles_speed_does_not_lead_it_off_without_fi
     let dmu = DmuConfig { rate_hz: 50.0, attitude: None, ..DmuConfig::default() };
     let recording =
         fly(&steep_circles(20.0, 8).build().unwrap(), &dmu, &GpsConfig::default(), 5).unwrap();
-    let (mut without, mut with, mut most_sigmas) = (0.0, 0.0, 0.0f64);
+    let (mut without, mut with, mut max_sigmas) = (0.0, 0.0, 0.0f64);
     for step in 0..8 {
         let outage_start_s = 50.0 + 3.0 * f64::from(step);
         let (alone_m, alone_sigmas) = drift(&recording, None, outage_start_s);
@@ -62,10 +62,10 @@ fn a_barometer_in_the_wind_of_the_vehicles_speed_does_not_lead_it_off_without_fi
         );
         without += alone_m;
         with += off_m;
-        most_sigmas = most_sigmas.max(sigmas);
+        max_sigmas = max_sigmas.max(sigmas);
     }
     println!("mean {:.1} and {:.1} m", without / 8.0, with / 8.0);
     // With the noise of a barometer at rest in the model, the error is 29 m, up to 4.0 one-sigmas.
     assert!(with < 1.2 * without, "{with} {without}");
-    assert!(most_sigmas < 2.0, "{most_sigmas}");
+    assert!(max_sigmas < 2.0, "{max_sigmas}");
 }

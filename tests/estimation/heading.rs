@@ -145,7 +145,7 @@ fn a_heading_that_no_motion_has_proven_is_not_known() {
         config.aiding.magnetometer = false;
         let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
         let mut fixes = recording.fixes.iter().peekable();
-        let (mut found, mut worst, mut least_rad) = (false, 0.0, f64::INFINITY);
+        let (mut found, mut worst, mut min_rad) = (false, 0.0, f64::INFINITY);
         for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
             let mut notify = |notice| found |= matches!(notice, Notice::HeadingFound { .. });
             while let Some(fix) = fixes.next_if(|fix| fix.time <= sample.time) {
@@ -158,12 +158,12 @@ fn a_heading_that_no_motion_has_proven_is_not_known() {
                 let yaw_rad = solution.body_to_ned.euler().yaw_rad;
                 let off_rad = wrap_angle(yaw_rad - truth.body_to_ned.euler().yaw_rad);
                 worst = f64::max(worst, off_rad.abs() / sigma_rad);
-                least_rad = least_rad.min(sigma_rad);
+                min_rad = min_rad.min(sigma_rad);
             }
         }
         println!(
             "{seed}: found: {found}; before that {:.0}° at least, {worst:.1} one-sigmas at most",
-            least_rad.to_degrees()
+            min_rad.to_degrees()
         );
         assert!(worst < 3.0, "{worst}");
     }

@@ -34,7 +34,7 @@ fn after_gap(recording: &Recording, gap_start_s: f64, gap_s: f64) -> (Vec<f64>, 
     let mut estimator = Box::new(Estimator::<Full, 28>::new(config));
     let gap = gap_start_s..gap_start_s + gap_s;
     let mut fixes = recording.fixes.iter().peekable();
-    let (mut squares, mut most_rad) = (Vec::new(), 0.0f64);
+    let (mut squares, mut max_rad) = (Vec::new(), 0.0f64);
     for (sample, truth) in recording.imu.iter().zip(&recording.truth) {
         let time_s = sample.time.seconds();
         if gap.contains(&time_s) || time_s > gap.end + 20.0 {
@@ -50,24 +50,24 @@ fn after_gap(recording: &Recording, gap_start_s: f64, gap_s: f64) -> (Vec<f64>, 
             let off_rad = wrap_angle(yaw - true_yaw);
             let [.., sigma_rad] = solution.attitude_sigma_rad;
             squares.push((off_rad / sigma_rad).powi(2));
-            most_rad = most_rad.max(off_rad.abs());
+            max_rad = max_rad.max(off_rad.abs());
         }
     }
-    (squares, most_rad)
+    (squares, max_rad)
 }
 
 /// Both gaps that may hide any turn, as the filter knows, and short gaps as of a memory card.
 #[test]
 fn a_heading_that_a_leaning_filter_takes_from_a_steep_field_is_as_sure_as_it_leans() {
     for gap_s in [2.5, 0.6, 0.4] {
-        let (mut squares, mut most_rad) = (Vec::new(), 0.0f64);
+        let (mut squares, mut max_rad) = (Vec::new(), 0.0f64);
         for seed in 1..=4 {
             let recording = turns(seed);
             for step in 0..8 {
                 let start_s = 32.0 + 3.7 * f64::from(step);
                 let (of_one, off_rad) = after_gap(&recording, start_s, gap_s);
                 squares.extend(of_one);
-                most_rad = most_rad.max(off_rad);
+                max_rad = max_rad.max(off_rad);
             }
         }
         let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
@@ -76,7 +76,7 @@ fn a_heading_that_a_leaning_filter_takes_from_a_steep_field_is_as_sure_as_it_lea
         println!(
             "gap of {gap_s} s: heading over its one-sigma {rms:.2} rms, {:.1} % inside 3, at most {:.0} deg off",
             100.0 * inside,
-            most_rad.to_degrees()
+            max_rad.to_degrees()
         );
         assert!(rms < 1.3 && inside > 0.97, "{gap_s} s: {rms} {inside}");
     }

@@ -159,12 +159,12 @@ fn a_position_that_single_precision_adds_to_for_an_hour_is_millimetres_off() {
 /// An hour without fixes: rounding acts like a gyro drift of 0.01 and 0.3°/h.
 #[test]
 fn an_hour_of_strapdown_in_single_precision_drifts_far_less_than_any_unit() {
-    for (rate_hz, most_deg) in [(33, 0.02), (200, 0.5)] {
+    for (rate_hz, max_deg) in [(33, 0.02), (200, 0.5)] {
         let (single, double) = (flown::<f32>(rate_hz), flown::<f64>(rate_hz));
         let off_m = single.position.displacement_from(&double.position);
         let off = (single.body_to_ned * double.body_to_ned.inverse()).rotation_vector();
         let off_deg = off.norm().to_degrees();
         println!("{rate_hz} Hz: {off_deg:.4}°, {off_m:?} m");
-        assert!(off_deg < most_deg, "{rate_hz} Hz: {off_deg}°");
+        assert!(off_deg < max_deg, "{rate_hz} Hz: {off_deg}°");
     }
 }

@@ -93,7 +93,7 @@ fn a_gyro_whose_bias_steps_by_seven_sigmas_is_taken_in() {
 
 #[test]
 fn a_shock_at_full_scale_moves_the_velocity_by_a_metre_a_second_or_two() {
-    for (flight, fault, most_mps) in [
+    for (flight, fault, max_mps) in [
         (&HELI_HOVER, "clip-burst=3", 0.7),
         (&SIMULATED, "clip-burst=3", 1.0),
         (&HELI_HOVER, "clip-burst=3@:3", 1.2),
@@ -104,10 +104,10 @@ fn a_shock_at_full_scale_moves_the_velocity_by_a_metre_a_second_or_two() {
         // the force were held only during unusual vibration, a shock of 3 s would cause up to 5 m/s. The median would
         // be 3.7 m/s.
         let pulled_mps = |outcome: &Outcome| outcome.measures.pulled_mps;
-        assert!(worst(&outcomes, pulled_mps) < most_mps);
+        assert!(worst(&outcomes, pulled_mps) < max_mps);
         let mut pulled: Vec<f64> = outcomes.iter().map(pulled_mps).collect();
         pulled.sort_by(f64::total_cmp);
-        assert!(pulled[pulled.len() / 2] < 0.5 * most_mps.max(1.1), "{pulled:.2?}");
+        assert!(pulled[pulled.len() / 2] < 0.5 * max_mps.max(1.1), "{pulled:.2?}");
     }
 }
 
@@ -153,11 +153,11 @@ fn a_log_in_which_no_fix_has_a_height_is_navigated_level_as_well_as_one_with_hei
 /// A magnet that comes and goes changes the field in strength, dip and direction.
 #[test]
 fn a_magnet_nearby_is_known_by_the_field_and_turns_the_heading_no_further_than_its_sigma_says() {
-    for (flight, most_deg) in [(&HELI_HOVER, 6.0), (&SIMULATED, 6.0)] {
+    for (flight, max_deg) in [(&HELI_HOVER, 6.0), (&SIMULATED, 6.0)] {
         let (outcomes, clean) = with_and_without(flight, "mag-vector=0.2");
         // For comparison: if readings within the gate corrected heading and gyro biases, the errors would be up to 14
         // and 31°.
-        assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < most_deg);
+        assert!(worst(&outcomes, |outcome| outcome.measures.pulled_yaw_deg) < max_deg);
         // In simulated flight 1 the inertial unit's own heading error exceeds the assumed one. Without the magnet, 9 %
         // of the headings are outside 3 sigma.
         let more_outside = |outcome: &Outcome| {

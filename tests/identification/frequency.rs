@@ -244,7 +244,7 @@ fn derivatives_are_found_from_sweeps_with_bounds_that_hold() {
         .collect();
     let measured = frequency_response(&flights, &ResponseSettings::composite(BAND, 100.0)).unwrap();
     let start = [-1.0, 5.0, -1.0, -5.0];
-    let settings = ResponseFitSettings { least_coherence: 0.8, ..ResponseFitSettings::default() };
+    let settings = ResponseFitSettings { min_coherence: 0.8, ..ResponseFitSettings::default() };
     // The off-axis responses are zero: only those on the diagonal are fitted.
     let mut direct = measured.clone();
     for coherence in &mut direct.coherence {

@@ -12,7 +12,7 @@ use crate::noise::{self, Relaxation};
 use crate::update::Row;
 
 /// Largest time, s, from the time stamp of a fix to a later time at which the fix is valid.
-const MOST_AHEAD_S: f64 = 0.3;
+const MAX_AHEAD_S: f64 = 0.3;
 /// Learned factor on the stated one-sigmas up to which they are unchanged. A larger factor is divided by this value.
 const BY_CHANCE: f64 = 1.15;
 /// Stated one-sigmas count as unchanged if they change by less than this factor.
@@ -36,9 +36,9 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
     /// The state when a fix was valid: at its time minus its delay, for the position also minus its latency.
     pub fn moments(&self, fix: &Fix) -> Option<Moments> {
         let parameter = |state: Option<usize>| state.map_or(0.0, |state| self.parameters[state]);
-        let delay_s = parameter(L::GPS_DELAY).max(-MOST_AHEAD_S);
+        let delay_s = parameter(L::GPS_DELAY).max(-MAX_AHEAD_S);
         let latency_s = L::LATENCY
-            .map_or(0.0, |_| (parameter(L::GPS_DELAY) + parameter(L::LATENCY)).max(-MOST_AHEAD_S));
+            .map_or(0.0, |_| (parameter(L::GPS_DELAY) + parameter(L::LATENCY)).max(-MAX_AHEAD_S));
         let reach_s = self.history.reach_s(fix.time);
         let back = |late_s: f64| {
             self.history.look_back(&self.nominal, fix.time.offset_by(-late_s.min(reach_s)))

@@ -28,7 +28,7 @@ const SEQUENCES: u32 = 10_000;
 /// Number of sequences of calls with a fast IMU.
 const SEQUENCES_OF_FAST_UNITS: u32 = 1_000;
 /// Largest number of calls in a sequence.
-const MOST_CALLS: usize = 8;
+const MAX_CALLS: usize = 8;
 
 #[derive(Clone, Copy, Debug)]
 enum Call {
@@ -55,7 +55,7 @@ fn calls() -> impl Strategy<Value = Vec<Call>> {
         1 => Just(Call::Gap),
         1 => Just(Call::LongGap),
     ];
-    proptest::collection::vec(call, 1..=MOST_CALLS)
+    proptest::collection::vec(call, 1..=MAX_CALLS)
 }
 
 /// Random numbers from a seed.

@@ -200,7 +200,7 @@ fn campaign(arguments: &Arguments, warnings: &mut Vec<String>) -> anyhow::Result
         campaign.airframe = airframe.with_spread(name, *share).context("--spread")?;
     }
     campaign.duration_s = arguments.duration;
-    campaign.most_wind_mps = arguments.wind;
+    campaign.max_wind_mps = arguments.wind;
     campaign.outage_share = arguments.outages;
     campaign.power_loss_share = arguments.power_loss;
     campaign.jam_share = arguments.jams;

@@ -81,9 +81,9 @@ fn rejection(checked: &CheckedDesign) -> Figure {
         .filter_map(|found| found.rejection_bandwidth_radps)
         .fold(2.0 * LEVEL_1_RADPS[0], |most, radps| most.max(1.1 * radps));
     let mut row = Row { limits: Some([0.0, 12.0]), ..Row::new("Rejection peak", "dB") };
-    for ((found, least_radps), (role, limit)) in found {
+    for ((found, min_radps), (role, limit)) in found {
         let corner =
-            [(least_radps, 0.0), (least_radps, LEVEL_1_PEAK_DB), (right_radps, LEVEL_1_PEAK_DB)];
+            [(min_radps, 0.0), (min_radps, LEVEL_1_PEAK_DB), (right_radps, LEVEL_1_PEAK_DB)];
         let place = found.rejection_bandwidth_radps.map(|radps| (radps, found.rejection_peak_db));
         let name = axis_of(found);
         row = row

@@ -7,7 +7,7 @@ use hovernav_dataset::{Dataset, LogError};
 use hovernav_sysid::helicopter::{Activity, StickActivity};
 
 /// Shortest interval of the rows, s: a long log at 400 Hz would take too much memory.
-const LEAST_S: f64 = 0.009;
+const MIN_S: f64 = 0.009;
 
 /// The movement of the sticks of `dataset`; `None` without sticks.
 ///
@@ -16,7 +16,7 @@ const LEAST_S: f64 = 0.009;
 pub fn activity(dataset: &Dataset) -> Result<Option<Activity>, LogError> {
     let mut controls: Vec<(Time, [f64; 4])> = Vec::new();
     let keep = |time: Time, sticks| {
-        if controls.last().is_none_or(|last| time - last.0 > LEAST_S) {
+        if controls.last().is_none_or(|last| time - last.0 > MIN_S) {
             controls.push((time, sticks));
         }
     };

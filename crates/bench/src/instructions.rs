@@ -161,7 +161,7 @@ mod tests {
     use super::*;
 
     /// Largest number of instructions of each work in [`Work::ALL`]: the count of the release build plus 2 %.
-    const MOST: [u64; Work::ALL.len()] = [
+    const MAX: [u64; Work::ALL.len()] = [
         4_954, 18_440, 8_099, 4_654, 4_883, 5_596, 4_649, 543, 2_254, 6_058, 34_631, 4_414, 12_529,
         1_709, 2_975, 18_005,
     ];
@@ -195,7 +195,7 @@ mod tests {
         for (work, instructions) in &counts {
             println!("{}, {} states: {instructions}", work.name, work.states);
         }
-        for ((work, instructions), most) in counts.iter().zip(MOST) {
+        for ((work, instructions), most) in counts.iter().zip(MAX) {
             assert!(*instructions <= most, "{work:?}: {instructions} instructions, at most {most}");
         }
     }

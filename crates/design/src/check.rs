@@ -76,9 +76,9 @@ pub struct CheckedPrintedDesign {
 }
 
 /// Gain margin, dB, below which a loop causes a warning.
-const LEAST_GAIN_DB: f64 = ZONE.0;
+const MIN_GAIN_DB: f64 = ZONE.0;
 /// Phase margin, °, below which a loop causes a warning.
-const LEAST_PHASE_DEG: f64 = ZONE.1;
+const MIN_PHASE_DEG: f64 = ZONE.1;
 /// Longest acceptable recovery from a disturbance, s.
 const LONGEST_S: f64 = 8.0;
 /// Speed, m/s, that an autopilot may command even if the margins in forward flight are too small.
@@ -181,11 +181,11 @@ impl CheckedDesign {
             };
             for channel in &margins.channels {
                 let (gain_db, phase_deg) = (channel.smallest_gain_db(), channel.phase_deg());
-                if gain_db < LEAST_GAIN_DB || phase_deg < LEAST_PHASE_DEG {
+                if gain_db < MIN_GAIN_DB || phase_deg < MIN_PHASE_DEG {
                     // Two decimals: a small deficit would otherwise be rounded to the expected value.
                     warnings.push(format!(
                         "holding {}, the {} loop has margins of {gain_db:.2} dB and {phase_deg:.2}°, expected at \
-                         least {LEAST_GAIN_DB} dB and {LEAST_PHASE_DEG}°",
+                         least {MIN_GAIN_DB} dB and {MIN_PHASE_DEG}°",
                         mode.name(),
                         channel.name
                     ));
@@ -262,7 +262,7 @@ impl CheckedDesign {
                 },
             );
             let speed_mps = point.speed_mps;
-            format!("at {speed_mps:.1} m/s {found}, expected at least {LEAST_GAIN_DB} dB and {LEAST_PHASE_DEG}°")
+            format!("at {speed_mps:.1} m/s {found}, expected at least {MIN_GAIN_DB} dB and {MIN_PHASE_DEG}°")
         }));
         self.warnings.extend(forward.apart_mps.iter().map(|[slow, fast]| {
             format!(
@@ -293,7 +293,7 @@ impl CheckedDesign {
         let channels =
             of_modes.flat_map(|(mode, own)| own.channels.iter().map(move |own| (mode, own)));
         let part = |own: &ChannelMargins| {
-            (own.smallest_gain_db() / LEAST_GAIN_DB).min(own.phase_deg() / LEAST_PHASE_DEG)
+            (own.smallest_gain_db() / MIN_GAIN_DB).min(own.phase_deg() / MIN_PHASE_DEG)
         };
         channels.min_by(|(_, one), (_, other)| part(one).total_cmp(&part(other)))
     }

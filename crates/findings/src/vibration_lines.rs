@@ -29,7 +29,7 @@ const ABOVE: f64 = 8.0;
 /// Number of bins in the neighbourhood of a line.
 const NEAR: usize = 12;
 /// Largest number of lines of each triad.
-const MOST_LINES: usize = 3;
+const MAX_LINES: usize = 3;
 /// Lowest frequency of a vibration line, Hz: lower ones are motion of the vehicle.
 const SLOWEST_HZ: f64 = 3.0;
 
@@ -84,7 +84,7 @@ pub(crate) fn vibration_lines(rates: &[Rates]) -> Vec<VibrationLine> {
     }
     for lines in &mut found {
         lines.sort_by(|a, b| b.amplitude.total_cmp(&a.amplitude));
-        lines.truncate(MOST_LINES);
+        lines.truncate(MAX_LINES);
     }
     found.concat()
 }

@@ -77,11 +77,11 @@ const PRIME: u64 = 0x0100_0000_01B3;
 const BAD: f64 = 0.1;
 
 /// Largest number of names in a sentence.
-const MOST_NAMES: usize = 12;
+const MAX_NAMES: usize = 12;
 
 /// The first `names` in one sentence, and the number of the others.
 pub(crate) fn listed(mut names: impl Iterator<Item = String>) -> String {
-    let mut listed = names.by_ref().take(MOST_NAMES).collect::<Vec<_>>().join(", ");
+    let mut listed = names.by_ref().take(MAX_NAMES).collect::<Vec<_>>().join(", ");
     let more = names.count();
     if more > 0 {
         listed += &format!(" and {more} more");

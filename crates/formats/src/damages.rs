@@ -1,7 +1,7 @@
 //! Damage in a log, with its position.
 
 /// Number of damages that are described individually.
-const MOST: usize = 5;
+const MAX: usize = 5;
 
 /// The first damages of a log, each with its byte offset or line. The last entry has the offset or line from which
 /// there are more.
@@ -11,9 +11,9 @@ pub(crate) struct Damages(Vec<(u64, String)>);
 impl Damages {
     /// Adds a damage at `place`, a byte offset or a line.
     pub fn add(&mut self, place: u64, reason: impl Into<String>) {
-        if self.0.len() < MOST {
+        if self.0.len() < MAX {
             self.0.push((place, reason.into()));
-        } else if self.0.len() == MOST {
+        } else if self.0.len() == MAX {
             self.0.push((place, "and more damage from here on".to_owned()));
         }
     }

@@ -19,7 +19,7 @@ const NEAREST: [&str; 8] = [
     "RC_CHANNELS",
 ];
 /// Smallest span of a signal that moves, as a fraction of full travel.
-const LEAST_SPAN: f64 = 2e-3;
+const MIN_SPAN: f64 = 2e-3;
 /// Largest valid input; sticks may exceed 1 if trim is off centre.
 const LARGEST: f64 = 2.0;
 /// Longest time, s, from an injected value to the input that contains it.
@@ -117,7 +117,7 @@ impl Inputs {
 fn moves(rows: &[Row]) -> bool {
     (0..4).any(|stick| {
         let values = || rows.iter().map(|row| row.1[stick]);
-        values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min) > LEAST_SPAN
+        values().fold(f64::MIN, f64::max) - values().fold(f64::MAX, f64::min) > MIN_SPAN
     })
 }
 

@@ -11,7 +11,7 @@ const CHUNK: usize = 1 << 18;
 /// First bytes of a file compressed by Zstandard.
 const ZSTANDARD: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
 /// Largest ratio of the unpacked to the packed length of a log.
-const MOST_PACKED: u64 = 1000;
+const MAX_PACKED: u64 = 1000;
 
 /// A log to be read, from a file or from memory.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ impl<'a> Input<'a> {
     pub fn length(&self) -> Result<u64, LogError> {
         let Some(bytes) = self.bytes else {
             let length = std::fs::metadata(self.path).map_err(LogError::io(self.path))?.len();
-            return Ok(if self.is_packed()? { length.saturating_mul(MOST_PACKED) } else { length });
+            return Ok(if self.is_packed()? { length.saturating_mul(MAX_PACKED) } else { length });
         };
         Ok(bytes.len() as u64)
     }

@@ -68,13 +68,13 @@ fn facts(campaign: &Campaign, results: &[CampaignResult]) -> Vec<Fact> {
     vec![
         Fact::new("seeds", format!("{first} to {last}")),
         Fact::new("evaluated", format!("from {:.0} s on", campaign.judged_from_s)),
-        Fact::new("wind", format!("0 to {} m/s from any direction", campaign.most_wind_mps)),
+        Fact::new("wind", format!("0 to {} m/s from any direction", campaign.max_wind_mps)),
         Fact::new(
             "gusts",
             format!(
                 "{:.0} % of the wind, at least {} m/s",
                 100.0 * campaign.gust_share,
-                campaign.least_gust_mps
+                campaign.min_gust_mps
             ),
         ),
         Fact::new(

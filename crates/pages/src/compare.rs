@@ -19,7 +19,7 @@ const NED: [&str; 3] = ["North", "East", "Down"];
 const ROLES: [Role; 4] = [Role::First, Role::Second, Role::Third, Role::Fourth];
 
 /// Largest number of solutions on a page; further ones are not drawn.
-pub const MOST_SOLUTIONS: usize = ROLES.len();
+pub const MAX_SOLUTIONS: usize = ROLES.len();
 
 /// The page of a comparison.
 pub struct ComparisonPage<'a> {

@@ -10,7 +10,7 @@ use crate::fact::Fact;
 use crate::figure::Figure;
 use crate::html::{Escaped, fill};
 use crate::section::Section;
-use crate::series::MOST_POINTS;
+use crate::series::MAX_POINTS;
 use crate::table::Table;
 use crate::verdict;
 use hovernav_score::Verdict;
@@ -241,7 +241,7 @@ impl<'a> Page<'a> {
     fn thinned(&self, out: &mut impl Write) -> io::Result<()> {
         let span_s = self.time.as_ref().map_or(0.0, |time| time.span[1] - time.span[0]);
         // Each pair of points of a line is the minimum and the maximum of its span.
-        let stretch_s = 2.0 * span_s / MOST_POINTS as f64;
+        let stretch_s = 2.0 * span_s / MAX_POINTS as f64;
         if stretch_s < 2.0 {
             return Ok(());
         }

@@ -10,7 +10,7 @@ use serde::Serialize;
 use crate::numbers::Numbers;
 
 /// Largest number of points in a series, more than a figure has pixels across.
-pub(crate) const MOST_POINTS: usize = 1800;
+pub(crate) const MAX_POINTS: usize = 1800;
 
 /// The meaning of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -218,7 +218,7 @@ impl Series {
     pub fn points(role: Role, points: impl Iterator<Item = (f64, f64)>) -> Self {
         let (x, y): (Vec<f64>, Vec<f64>) =
             points.filter(|(x, y)| x.is_finite() && y.is_finite()).unzip();
-        let picked = thin_to_extremes(&[&y], MOST_POINTS);
+        let picked = thin_to_extremes(&[&y], MAX_POINTS);
         let take =
             |values: &[f64]| Numbers::new(picked.iter().map(|&index| values[index]).collect());
         Self::new(role, take(&x), take(&y))
@@ -254,7 +254,7 @@ fn line_indices(x: &[f64], channels: &[&[f64]]) -> Vec<Option<usize>> {
         (1..x.len()).filter(|&index| !known(index) || (x[index] - x[index - 1]).abs() > longest);
     let mut breaks = breaks.peekable();
     let mut picked: Vec<Option<usize>> = Vec::new();
-    for index in thin_to_extremes(channels, MOST_POINTS) {
+    for index in thin_to_extremes(channels, MAX_POINTS) {
         let mut broken = false;
         while breaks.next_if(|&at| at <= index).is_some() {
             broken = true;
@@ -304,7 +304,7 @@ mod tests {
         let y: Vec<f64> = x.iter().map(|t| t.sin()).collect();
         let line = Series::line(Role::Estimate, &x, &y, Some(&vec![1.0; 100_000]));
         assert_eq!(line.x.values.iter().filter(|value| value.is_nan()).count(), 1);
-        assert!(line.x.values.len() <= MOST_POINTS + 1);
+        assert!(line.x.values.len() <= MAX_POINTS + 1);
     }
 
     #[test]

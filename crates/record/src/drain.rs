@@ -18,10 +18,10 @@ use hovernav::time::Time;
 /// machine has time left. Each chunk needs 260 bytes of memory for the index at the end of the file: 19 MB an hour.
 const INTERVAL: Duration = Duration::from_millis(50);
 /// Largest number of bytes in memory that wait for a full or slow disk. Above it, entries stay in the queue.
-pub(super) const MOST_WAITING: u64 = 8 << 20;
+pub(super) const MAX_WAITING: u64 = 8 << 20;
 
 /// Largest number of entries in a chunk.
-const MOST_IN_CHUNK: usize = 8192;
+const MAX_IN_CHUNK: usize = 8192;
 
 /// Moves entries from the queue to the file.
 pub struct Drain<W: Write> {
@@ -68,14 +68,14 @@ impl<W: Write> Drain<W> {
     /// queue are then lost, and stay counted as queued.
     fn is_hopeless(&self) -> bool {
         self.progress.ending.load(Ordering::Acquire)
-            && self.progress.waiting.load(Ordering::Relaxed) >= MOST_WAITING
+            && self.progress.waiting.load(Ordering::Relaxed) >= MAX_WAITING
     }
 
     /// Moves entries from the queue as long as there is memory. Returns whether the queue has ended.
     fn empty(&mut self, entries: &Receiver<Queued>) -> bool {
         // The content of a chunk does not count as waiting for the disk, so its length is limited too.
-        for _ in 0..MOST_IN_CHUNK {
-            if self.progress.waiting.load(Ordering::Relaxed) >= MOST_WAITING {
+        for _ in 0..MAX_IN_CHUNK {
+            if self.progress.waiting.load(Ordering::Relaxed) >= MAX_WAITING {
                 break;
             }
             match entries.try_recv() {

@@ -9,7 +9,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use crate::drain::{Drain, MOST_WAITING};
+use crate::drain::{Drain, MAX_WAITING};
 use crate::entry::{Entry, Line, Queued, RawBytes};
 use crate::header::Header;
 use crate::status::{Progress, Status};
@@ -186,7 +186,7 @@ impl Recorder {
     /// refuses permanently.
     pub fn catch_up(&self) {
         while self.fill() > QUEUE_FOR_ALL / 2
-            && self.progress.waiting.load(Ordering::Relaxed) < MOST_WAITING
+            && self.progress.waiting.load(Ordering::Relaxed) < MAX_WAITING
         {
             self.threads.iter().for_each(|thread| thread.thread().unpark());
             thread::sleep(Duration::from_millis(1));

@@ -63,7 +63,7 @@ struct Aid {
 /// Largest number of comparisons of fixes that stay, an hour at 18 Hz. It is even, so that halves are whole numbers.
 const MOST_OF_FIXES: usize = 1 << 16;
 /// Largest number of comparisons of each other aid that stay.
-const MOST: usize = 1 << 15;
+const MAX: usize = 1 << 15;
 
 impl Thinning {
     /// Whether the next routine comparison of `channel` stays. May remove half of those in `notices` to make room.
@@ -74,7 +74,7 @@ impl Thinning {
         if !index.is_multiple_of(aid.stride) {
             return false;
         }
-        let most = if channel.is_of_fix() { MOST_OF_FIXES } else { MOST };
+        let most = if channel.is_of_fix() { MOST_OF_FIXES } else { MAX };
         if aid.kept == most {
             let mut nth = 0;
             notices.retain(|notice| {

@@ -14,7 +14,7 @@ use hovernav_dataset::statistics::{quantile, within};
 /// Half-width, s, of the window of fixes by which the path at a time is judged.
 const HALF_WINDOW_S: f64 = 5.0;
 /// Smallest number of fixes in a window.
-const LEAST_FIXES: usize = 4;
+const MIN_FIXES: usize = 4;
 /// Smallest ratio of the mean square in an inconsistent window to its expected value. The ratio to the median over the
 /// flight must also reach it.
 const INCONSISTENT: f64 = 6.0;
@@ -62,7 +62,7 @@ pub(crate) fn inconsistent_spans(
         let (start, end) = (time.offset_by(-HALF_WINDOW_S), time.offset_by(HALF_WINDOW_S));
         let beside = within(&squares, |(time, _)| *time, start, end);
         let mean = beside.iter().map(|(_, square)| square).sum::<f64>() / beside.len() as f64;
-        if beside.len() < LEAST_FIXES || mean < limit {
+        if beside.len() < MIN_FIXES || mean < limit {
             continue;
         }
         match found.last_mut() {

@@ -13,13 +13,13 @@ pub enum Keep {
 }
 
 /// Largest number of solutions under [`Keep::Thinned`]. Even, so that halves are whole numbers.
-const MOST: usize = 1 << 16;
+const MAX: usize = 1 << 16;
 
 impl Keep {
     const fn most(self) -> usize {
         match self {
             Self::All => usize::MAX,
-            Self::Thinned => MOST,
+            Self::Thinned => MAX,
         }
     }
 }
@@ -70,7 +70,7 @@ impl Kept {
 /// Thins `solutions` as [`Keep::Thinned`] does, and frees the memory of the removed ones.
 #[must_use]
 pub fn thin(solutions: Vec<Solution>) -> Vec<Solution> {
-    if solutions.len() <= MOST {
+    if solutions.len() <= MAX {
         return solutions;
     }
     let mut kept = Kept::new(Keep::Thinned, solutions.len());

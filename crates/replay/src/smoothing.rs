@@ -32,7 +32,7 @@ pub struct SmoothedRun {
 }
 
 /// Smallest number of samples of a block, for which the smoother needs 16 MB.
-const LEAST_BLOCK: usize = 4096;
+const MIN_BLOCK: usize = 4096;
 /// One-sigma, rad (15°), of a heading that was found later and is used at the start: the gyros have drifted since.
 const START_SIGMA_RAD: f64 = 0.26;
 /// Largest memory of the smoother for one sample, bytes.
@@ -94,7 +94,7 @@ pub fn smoothing_bytes(dataset: &Dataset) -> u64 {
 /// Samples in a block, for the least total memory of checkpoints and one block's trace.
 fn block_of(dataset: &Dataset) -> usize {
     let balanced = (dataset.sample_count() * size_of::<Estimator<Full, 28>>() / TRACE).isqrt();
-    balanced.max(LEAST_BLOCK)
+    balanced.max(MIN_BLOCK)
 }
 
 fn smoothed(

@@ -11,9 +11,9 @@ use hovernav_findings::{Finding, FindingKind, Harm, Sensor, Severity, Span, span
 /// Ratio of error to one-sigma above which a solution is contradicted. Errors of the models reach a few one-sigmas.
 const CONTRADICTED: f64 = 10.0;
 /// Smallest position difference, m, that counts as a contradiction: a smaller one harms no use of the solution.
-const LEAST_M: f64 = 3.0;
+const MIN_M: f64 = 3.0;
 /// Smallest velocity difference, m/s, that counts as a contradiction.
-const LEAST_MPS: f64 = 1.0;
+const MIN_MPS: f64 = 1.0;
 /// Shortest contradiction, s, that is reported: a shorter one is a timing error.
 const LASTING_S: f64 = 0.5;
 /// Longest time, s, between two contradictions that are reported as one.
@@ -83,7 +83,7 @@ impl Moment {
 
     fn is_contradicted(&self) -> bool {
         let by = |size: Size, least| size.one_sigmas > CONTRADICTED && size.magnitude > least;
-        by(self.position, LEAST_M) || by(self.velocity, LEAST_MPS)
+        by(self.position, MIN_M) || by(self.velocity, MIN_MPS)
     }
 }
 

@@ -149,7 +149,7 @@ pub struct Statistics {
 const SERIES_POINTS: usize = 2000;
 
 /// Smallest fraction of an outage that solution and reference must cover for its drift to count.
-const LEAST_COVERAGE: f64 = 0.9;
+const MIN_COVERAGE: f64 = 0.9;
 
 impl Score {
     /// The score in `axis`, if the reference has that quantity.
@@ -240,8 +240,8 @@ pub fn outage_drift(
         .filter(|(_, distance)| distance.is_finite())
         .collect();
     let covered_s = distances.last()?.0 - distances.first()?.0;
-    let is_covered = covered_s >= LEAST_COVERAGE * duration_s
-        && distances.len() as f64 >= LEAST_COVERAGE * solutions.len() as f64;
+    let is_covered = covered_s >= MIN_COVERAGE * duration_s
+        && distances.len() as f64 >= MIN_COVERAGE * solutions.len() as f64;
     is_covered.then(|| distances.iter().map(|(_, distance)| *distance).fold(0.0, f64::max))
 }
 

@@ -13,14 +13,14 @@ pub struct EngineConfig {
     /// Inertia of both rotors, their shafts and gears, referred to the main shaft, kg·m².
     pub inertia_kgm2: f64,
     /// Largest torque at the main shaft, N·m.
-    pub most_torque_nm: f64,
+    pub max_torque_nm: f64,
 }
 
 impl Default for EngineConfig {
     /// Inertia and torque of the class. Blades, bar and tail have about 0.1 kg·m²; 13 N·m at 160 rad/s are the 2.1 kW
     /// of a 15 cm³ glow engine.
     fn default() -> Self {
-        Self { governor_time_s: 0.5, droop: 0.03, inertia_kgm2: 0.1, most_torque_nm: 13.0 }
+        Self { governor_time_s: 0.5, droop: 0.03, inertia_kgm2: 0.1, max_torque_nm: 13.0 }
     }
 }
 
@@ -30,7 +30,7 @@ impl EngineConfig {
         positive(SENSOR, "time constant of the governor", self.governor_time_s)?;
         size(SENSOR, "droop", self.droop)?;
         positive(SENSOR, "inertia of the rotors", self.inertia_kgm2)?;
-        positive(SENSOR, "most torque", self.most_torque_nm)
+        positive(SENSOR, "most torque", self.max_torque_nm)
     }
 }
 
@@ -70,15 +70,15 @@ impl Engine {
     /// # Source
     /// Equation (V16) of docs/equations.md.
     pub fn advance(&mut self, collective: f64, torque_nm: f64, step_s: f64) {
-        let EngineConfig { governor_time_s, droop, inertia_kgm2, most_torque_nm } = self.config;
+        let EngineConfig { governor_time_s, droop, inertia_kgm2, max_torque_nm } = self.config;
         let gap = 1.0 - droop * collective.max(-1.0) - self.speed;
         let angular_momentum = inertia_kgm2 * self.nominal_radps;
         let wanted_nm = torque_nm + angular_momentum * gap / governor_time_s;
-        if self.powered && (0.0..=most_torque_nm).contains(&wanted_nm) {
+        if self.powered && (0.0..=max_torque_nm).contains(&wanted_nm) {
             self.speed += (1.0 - (-step_s / governor_time_s).exp()) * gap;
             return;
         }
-        let given_nm = if self.powered { wanted_nm.clamp(0.0, most_torque_nm) } else { 0.0 };
+        let given_nm = if self.powered { wanted_nm.clamp(0.0, max_torque_nm) } else { 0.0 };
         let change = (given_nm - torque_nm) / angular_momentum * step_s;
         self.speed = (self.speed + change).max(0.0);
     }

@@ -16,7 +16,7 @@ pub(super) fn effect(
     /// Height in rotor radii above which the ground has no effect.
     const REACH: f64 = 3.0;
     /// Height in rotor radii below which the effect is constant.
-    const LEAST: f64 = 0.5;
+    const MIN: f64 = 0.5;
     let rotor = &parameters.main_rotor;
     let radii = (height_m + parameters.hub_height_m) / rotor.radius_m;
     if radii >= REACH {
@@ -27,5 +27,5 @@ pub(super) fn effect(
     let momentum_kgps2 = 2.0 * parameters.air_density_kgpm3 * rotor.disc_area_m2();
     let [u, v, _] = motion.velocity_mps.to_array();
     let advance = (u * u + v * v) * momentum_kgps2 / weight_n;
-    1.0 / (1.0 - (quarter(radii.max(LEAST)) - quarter(REACH)) / (1.0 + advance))
+    1.0 / (1.0 - (quarter(radii.max(MIN)) - quarter(REACH)) / (1.0 + advance))
 }

@@ -190,7 +190,7 @@ impl Drop for Served {
 }
 
 /// Number of messages of the server within which an answer is expected.
-const MOST_MESSAGES: usize = 1000;
+const MAX_MESSAGES: usize = 1000;
 
 /// A client of the server.
 pub struct Client(pub WebSocket<TcpStream>);
@@ -213,14 +213,14 @@ impl Client {
     /// The next message with `key`. The limit is a number of messages and not a time, because a busy machine sends
     /// later.
     pub fn observe(&mut self, key: &str) -> Value {
-        for _ in 0..MOST_MESSAGES {
+        for _ in 0..MAX_MESSAGES {
             let Message::Text(text) = self.0.read().unwrap() else { continue };
             let message: Value = serde_json::from_str(&text).unwrap();
             if let Some(found) = message.get(key) {
                 return found.clone();
             }
         }
-        panic!("no message with {key} among {MOST_MESSAGES}");
+        panic!("no message with {key} among {MAX_MESSAGES}");
     }
 }
 

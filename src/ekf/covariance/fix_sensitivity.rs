@@ -6,7 +6,7 @@
 
 use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
-use super::sensitivity::MOST;
+use super::sensitivity::MAX;
 use super::{Covariance, Sensitivity};
 
 /// Sensitivity of three axes of a fix, north, east and down, to states other than their own error.
@@ -94,8 +94,8 @@ impl<T: Scalar> FixSensitivity<T> {
     pub(super) fn project<L: Layout<N>, const N: usize>(
         &self,
         covariance: &Covariance<T, N>,
-        projected: &mut [[T; N]; MOST],
-        seen: &mut [[T; MOST]; MOST],
+        projected: &mut [[T; N]; MAX],
+        seen: &mut [[T; MAX]; MAX],
     ) {
         // Velocity first, then position: both together need more values than there are registers.
         let [a, b, c, d, e, f] = projected;
@@ -130,7 +130,7 @@ impl<T: Scalar> FixSensitivity<T> {
             let at = |of: usize| if of == state { T::ONE } else { T::ZERO };
             let [a, b, c] = self.velocity::<L, N>(&at);
             let [d, e, f] = self.position::<L, N>(&at);
-            row.add(state, [a, b, c, d, e, f][index.min(MOST - 1)]);
+            row.add(state, [a, b, c, d, e, f][index.min(MAX - 1)]);
         }
         row
     }

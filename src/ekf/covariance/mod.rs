@@ -25,7 +25,7 @@ pub use joint::{Joint, Sensitivities};
 pub use propagation::Relaxation;
 pub use propagation::Transition;
 #[doc(hidden)]
-pub use sensitivity::MOST;
+pub use sensitivity::MAX;
 pub use sensitivity::Sensitivity;
 pub use update::Gain;
 

@@ -3,7 +3,7 @@
 use super::super::scalar::Scalar;
 
 /// Largest number of measurements of one moment: position and velocity.
-pub const MOST: usize = 6;
+pub const MAX: usize = 6;
 /// Largest number of terms of a sensitivity.
 const TERMS: usize = 16;
 

@@ -146,8 +146,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             if let Some(motion) =
                 search.and_then(|search| search.motion_at(baseline, reading.heading_rad))
             {
-                let least_rad = motion.heading_sigma_rad;
-                self.accept_heading(&motion, (reading.time, least_rad), trace, notify);
+                let min_rad = motion.heading_sigma_rad;
+                self.accept_heading(&motion, (reading.time, min_rad), trace, notify);
             }
         }
         let result = self

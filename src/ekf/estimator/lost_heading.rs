@@ -96,15 +96,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
     }
 
-    /// Continues with a heading found at `time`, with a one-sigma of at least `least_rad`, rad.
+    /// Continues with a heading found at `time`, with a one-sigma of at least `min_rad`, rad.
     pub(super) fn accept_heading(
         &mut self,
         motion: &HypothesisMotion<T>,
-        (time, least_rad): (Time, f64),
+        (time, min_rad): (Time, f64),
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        if !self.filter.accept_heading(motion, least_rad, trace) {
+        if !self.filter.accept_heading(motion, min_rad, trace) {
             return;
         }
         self.phase = Phase::Navigating;

@@ -5,7 +5,7 @@ use super::super::layout::Layout;
 use super::super::measurement::{Aid, Unusable};
 use super::super::scalar::Scalar;
 use super::super::trace::Trace;
-use super::{Estimator, MOST_WAITING, Notice, OF_ONE_CLOCK_S};
+use super::{Estimator, MAX_WAITING, Notice, OF_ONE_CLOCK_S};
 use crate::gps::Fix;
 use crate::time::Time;
 
@@ -53,7 +53,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         trace: &mut impl Trace<T, N>,
         notify: &mut dyn FnMut(Notice),
     ) {
-        for _ in 0..MOST_WAITING {
+        for _ in 0..MAX_WAITING {
             let due = |held: &mut Option<Fix>| held.take_if(|fix| fix.time <= until);
             let Some(fix) = self.earliest_held().and_then(due) else { return };
             self.gps(&fix, trace, notify);

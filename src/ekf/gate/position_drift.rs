@@ -10,8 +10,8 @@ pub(super) struct PositionDrift {
 }
 
 /// Shortest time constant of the shift's decay, s.
-const LEAST_MEMORY_S: f32 = 20.0;
-pub(super) const MOST_MEMORY_S: f32 = 200.0;
+const MIN_MEMORY_S: f32 = 20.0;
+pub(super) const MAX_MEMORY_S: f32 = 200.0;
 
 impl PositionDrift {
     pub const NONE: Self = Self { moved_m: [0.0; 2], is_drifting: false };
@@ -26,8 +26,8 @@ impl PositionDrift {
     /// Lets the shift decay over `elapsed_s`. The time constant is 20 s; while positions drift it is `taken_s`, the
     /// time for which positions were fused.
     pub fn forget(&mut self, elapsed_s: f32, taken_s: f32) {
-        let memory_s = if self.is_drifting { taken_s } else { LEAST_MEMORY_S };
-        let left = 1.0 - elapsed_s / memory_s.clamp(LEAST_MEMORY_S, MOST_MEMORY_S);
+        let memory_s = if self.is_drifting { taken_s } else { MIN_MEMORY_S };
+        let left = 1.0 - elapsed_s / memory_s.clamp(MIN_MEMORY_S, MAX_MEMORY_S);
         self.moved_m = self.moved_m.map(|moved_m| left * moved_m);
     }
 

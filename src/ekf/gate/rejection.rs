@@ -2,13 +2,11 @@
 //! measurement, and the states to reset.
 
 use super::super::config::GateConfig;
-use super::{
-    AMBIGUITY_MOST_S, Gate, Gates, Group, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, Reopening,
-};
+use super::{AMBIGUITY_MAX_S, Gate, Gates, Group, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, Reopening};
 use crate::time::Time;
 
 /// Minimum number of rejections before a reset to the measurement, at any measurement rate.
-const LEAST_REJECTIONS: u8 = 3;
+const MIN_REJECTIONS: u8 = 3;
 /// Time, s, for which the filter is suspect after a reset of its velocity.
 const DIVERGED_S: f64 = super::SUSPECT_TIME_S;
 /// Largest spread of a filter that had not diverged before the first rejection.
@@ -64,7 +62,7 @@ impl Gates {
         let rejection_time_s =
             gate.rejection_time_s(group, f64::from(reported_s), &evidence, config);
         let reopens = !forbidden
-            && gate.rejections >= LEAST_REJECTIONS
+            && gate.rejections >= MIN_REJECTIONS
             && time - gate.since >= rejection_time_s;
         if !reopens {
             return None;
@@ -237,7 +235,7 @@ impl Gate {
     fn reopen(&mut self, group: Group, time: Time, off: f64, reported_s: f32, evidence: &Evidence) {
         let off_m = off.abs() as f32;
         let is_place = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
-        let reported_s = reported_s.clamp(1.0, AMBIGUITY_MOST_S) as u8;
+        let reported_s = reported_s.clamp(1.0, AMBIGUITY_MAX_S) as u8;
         let (ambiguity_m, ambiguity_s) = if evidence.may_be_at_previous && self.ambiguity_m > 0.0 {
             // The fix may be at the previous position or at a third one: only the size of the offset is stored.
             (self.ambiguity_m.max(off_m), self.ambiguity_s)

@@ -25,9 +25,9 @@ fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
 
 #[test]
 fn a_level_in_dispute_is_settled_by_who_was_right_for_longer() {
-    for (right_s, most_s) in [(5, 30.0), (40, 40.0), (100, 100.0), (1000, 120.0)] {
+    for (right_s, max_s) in [(5, 30.0), (40, 40.0), (100, 100.0), (1000, 120.0)] {
         let after_s = believed_after_s(right_s, |_| 50.0).unwrap();
-        assert!((after_s - most_s).abs() < 1.0, "{right_s} s: {after_s}");
+        assert!((after_s - max_s).abs() < 1.0, "{right_s} s: {after_s}");
     }
 }
 

@@ -48,7 +48,7 @@ const ANGLE_WALK_RAD: f64 = 0.0035;
 /// the angles.
 const VELOCITY_WALK_MPS: f64 = 0.1;
 /// Minimum weight of a hypothesis: no hypothesis is ever excluded.
-const LEAST_WEIGHT: f64 = 1e-9;
+const MIN_WEIGHT: f64 = 1e-9;
 /// Largest one-sigma of the heading over all hypotheses at which they agree, rad (8°).
 const AGREED_RAD: f64 = 0.14;
 /// Largest squared normalised innovation that a heading explains (five one-sigmas). If every hypothesis exceeds it,
@@ -69,7 +69,7 @@ const PROVEN_EVIDENCE: f64 = 0.25;
 /// Minimum one-sigma of an unproven heading, rad: three of them cover the circle.
 const UNPROVEN_RAD: f64 = 1.05;
 /// Minimum weight of the hypothesis at a two-antenna heading, as a fraction of the weight of the best hypothesis.
-const LEAST_SHARE: f64 = 0.01;
+const MIN_SHARE: f64 = 0.01;
 /// Factor on the one-sigma of a fix: the hypotheses have no states for its slow errors.
 const WHITENED: f64 = 1.7;
 
@@ -332,8 +332,8 @@ impl<T: Scalar> HeadingSearch<T> {
         let [north, east, _] = measured.axes.map(Option::unwrap_or_default);
         let surely_mps = f64::from(Scalar::hypot(north.0, east.0))
             - if measured.is_mean { 2.0 * f64::from(Scalar::sqrt(north.1)) } else { 0.0 };
-        let least_mps = PROVEN_MPS * Scalar::sqrt(interval_s.clamp(0.05, 10.0));
-        self.is_fast |= surely_mps > least_mps;
+        let min_mps = PROVEN_MPS * Scalar::sqrt(interval_s.clamp(0.05, 10.0));
+        self.is_fast |= surely_mps > min_mps;
         let share = information_share(fix, receiver.model, interval_s.clamp(0.05, 10.0));
         let mut surprises = [0.0; HYPOTHESES];
         let (mut least_squares, mut information) = (f32::INFINITY, 0.0);
@@ -412,7 +412,7 @@ impl<T: Scalar> HeadingSearch<T> {
         for (number, hypothesis) in self.hypotheses.iter_mut().enumerate() {
             let turn_rad = wrap_angle(2.0 * HYPOTHESIS_SIGMA_RAD * number as f64);
             let off = turn_rad / self.prior_sigma_rad;
-            hypothesis.weight = libm::exp(-0.5 * square(off)).max(LEAST_WEIGHT);
+            hypothesis.weight = libm::exp(-0.5 * square(off)).max(MIN_WEIGHT);
             hypothesis.start_to_ned = middle.turned_in_to(axis * turn_rad as f32);
             hypothesis.start(measured, &self.prior);
             sum += hypothesis.weight;
@@ -435,7 +435,7 @@ impl<T: Scalar> HeadingSearch<T> {
             sum += hypothesis.weight;
         }
         for hypothesis in &mut self.hypotheses {
-            hypothesis.weight = (hypothesis.weight / sum).max(LEAST_WEIGHT);
+            hypothesis.weight = (hypothesis.weight / sum).max(MIN_WEIGHT);
         }
     }
 

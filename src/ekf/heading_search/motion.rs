@@ -3,7 +3,7 @@
 use super::super::scalar::Scalar;
 use super::super::square;
 use super::hypothesis::{Block, HYPOTHESIS_SIGMA_RAD, Hypothesis, STATES};
-use super::{AGREED_RAD, HeadingSearch, LEAST_SHARE, PROVEN_S, UNPROVEN_RAD, turn_between};
+use super::{AGREED_RAD, HeadingSearch, MIN_SHARE, PROVEN_S, UNPROVEN_RAD, turn_between};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 
 /// Motion according to the best hypothesis, and its covariance over all hypotheses.
@@ -67,9 +67,9 @@ impl<T: Scalar> HeadingSearch<T> {
         let (off_rad, agreed_rad) = self.heading_spread();
         let is_proven =
             self.is_fast || self.agreed_since.is_some_and(|since| time - since >= PROVEN_S);
-        let least_rad = if is_proven { 0.0 } else { UNPROVEN_RAD };
+        let min_rad = if is_proven { 0.0 } else { UNPROVEN_RAD };
         let heading_sigma_rad =
-            Scalar::hypot(agreed_rad, off_rad).min(core::f64::consts::PI).max(least_rad);
+            Scalar::hypot(agreed_rad, off_rad).min(core::f64::consts::PI).max(min_rad);
         let taken = bias_radps.cast();
         self.filter_bias_radps = self.filter_bias_radps.map(|used| used + taken);
         let motion = HypothesisMotion {
@@ -102,7 +102,7 @@ impl<T: Scalar> HeadingSearch<T> {
         };
         let off = |hypothesis: &&Hypothesis| libm::fabs(turn_rad(hypothesis));
         let nearest = *self.hypotheses.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
-        if nearest.weight < LEAST_SHARE * best.weight {
+        if nearest.weight < MIN_SHARE * best.weight {
             return None;
         }
         let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad(&nearest)));

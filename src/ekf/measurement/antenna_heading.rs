@@ -19,7 +19,7 @@ const REVERSED_RAD: f64 = 2.6;
 /// Largest one-sigma of the filter's heading, rad, at which a measured heading can count as reversed.
 const SURE_RAD: f64 = 0.5;
 /// Minimum horizontal part of a baseline, as a fraction of its length, that determines a heading.
-const LEAST_LEVEL: f64 = 0.1;
+const MIN_LEVEL: f64 = 0.1;
 
 /// One-sigma of the turn since the reading, as a fraction of the turn.
 const AGED_SHARE: f64 = 0.1;
@@ -58,7 +58,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let baseline = body_to_ned * mounted.unwrap_or(FORWARD);
         let level = Scalar::hypot(baseline.x(), baseline.y());
         // The condition is written so that a NaN has no heading.
-        let has_heading = level > LEAST_LEVEL * baseline.norm();
+        let has_heading = level > MIN_LEVEL * baseline.norm();
         if !has_heading {
             return Err(Unusable::NotFinite);
         }

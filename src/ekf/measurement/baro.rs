@@ -40,7 +40,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::RepeatedReading);
         }
         self.relax(trace);
-        let elapsed_s = elapsed_s.clamp(LEAST_S, WIND_TIME_S);
+        let elapsed_s = elapsed_s.clamp(MIN_S, WIND_TIME_S);
         let noise_m = self.config.baro.noise_m;
         if !self.barometer.has_reading() {
             self.barometer = Barometer::at(height_m - self.state.position.height_m, noise_m);
@@ -108,4 +108,4 @@ const WIND_TIME_S: f64 = 5.0;
 /// Innovation, in one-sigmas, beyond which a reading disagrees with the filter's height and confirms nothing.
 const DISAGREES_SIGMAS: f64 = 3.0;
 /// Minimum interval between two readings that counts, s.
-const LEAST_S: f64 = 0.01;
+const MIN_S: f64 = 0.01;

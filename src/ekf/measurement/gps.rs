@@ -24,12 +24,12 @@ use crate::matrix::{product, skew};
 use crate::time::Time;
 
 /// Largest learned variance, relative to the stated or configured one.
-const LEARNED_MOST: f64 = 100.0;
+const LEARNED_MAX: f64 = 100.0;
 /// Smallest learned variance, relative to the stated or configured one.
-const LEARNED_LEAST: f64 = 0.1;
+const LEARNED_MIN: f64 = 0.1;
 
 /// Value to which a squared normalised innovation is clamped before the variance is learned from it.
-const MOST_SURPRISE: f64 = 9.0;
+const MAX_SURPRISE: f64 = 9.0;
 
 /// Factor on the learned variance when a filter without GPS velocity was reset to a position. To such a filter,
 /// underestimated scatter looks like motion.
@@ -50,7 +50,7 @@ const NEARLY_LEVEL_COSINE: f32 = 0.8;
 /// Largest time by which a fix may be ahead of the last inertial sample, s.
 const LEAD_S: f64 = 0.1;
 /// Largest time by which a fix may be valid after its time stamp, s.
-const MOST_AHEAD_S: f64 = 0.3;
+const MAX_AHEAD_S: f64 = 0.3;
 
 /// The three axes of a fix to compare, empty without a measurement, and their sensitivity.
 type Axes<T> = ([Option<Compared<T>>; 3], AxesSensitivity<T>);
@@ -195,7 +195,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn gps_delays_s(&self) -> [T; 2] {
         let delay_s = L::GPS_DELAY.map_or(T::ZERO, |state| self.estimate(state));
         let latency_s = L::LATENCY.map_or(T::ZERO, |state| delay_s + self.estimate(state));
-        [delay_s, latency_s].map(|late_s| late_s.max(-T::of(MOST_AHEAD_S)))
+        [delay_s, latency_s].map(|late_s| late_s.max(-T::of(MAX_AHEAD_S)))
     }
 
     /// The latest time of a fix whose motion the inertial samples cover, given the estimated delay.
@@ -262,13 +262,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 Channel::VelocityDown => &mut self.gps_learned[2],
                 _ => continue,
             };
-            let surprise = square(axis.normalised()).min(MOST_SURPRISE);
+            let surprise = square(axis.normalised()).min(MAX_SURPRISE);
             let share = if places_alone && axis.verdict == Verdict::Reset {
                 REOPENED_SHARE
             } else {
                 1.0 + self.config.gps.learning_rate * (surprise - 1.0)
             };
-            *learned = (f64::from(*learned) * share).clamp(LEARNED_LEAST, LEARNED_MOST) as f32;
+            *learned = (f64::from(*learned) * share).clamp(LEARNED_MIN, LEARNED_MAX) as f32;
         }
     }
 

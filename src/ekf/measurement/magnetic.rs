@@ -15,13 +15,13 @@ use crate::time::Time;
 
 /// Minimum strength of a plausible field, gauss: the Earth's is 0.22 gauss or more. A weaker field means that the
 /// magnetometer does not work yet.
-const LEAST_GAUSS: f32 = 0.05;
+const MIN_GAUSS: f32 = 0.05;
 
 /// Minimum horizontal part of a field, as a fraction of its strength, that determines a heading.
-const LEAST_LEVEL_SHARE: f64 = 0.02;
+const MIN_LEVEL_SHARE: f64 = 0.02;
 
 /// Largest one-sigma, rad, of a magnetic heading that replaces a heading hidden by a gap.
-const MOST_UNLEVELLED_RAD: f64 = 0.1;
+const MAX_UNLEVELLED_RAD: f64 = 0.1;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Checks a magnetic field, gauss, before it gives a heading or the inertial unit's own heading follows it.
@@ -46,7 +46,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let field = self.state.body_to_ned * field_gauss.cast();
         let [level, down] = [field.x().hypot(field.y()), field.z()].map(|part| part.wide() as f32);
         // The condition is written so that a NaN is skipped.
-        if !(level.abs() + down.abs() >= LEAST_GAUSS && field.is_finite()) {
+        if !(level.abs() + down.abs() >= MIN_GAUSS && field.is_finite()) {
             return None;
         }
         let uncertainty = AttitudeUncertainty {
@@ -106,7 +106,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !(field.is_finite() && strength.is_finite()) {
             return Err(Unusable::NotFinite);
         }
-        if horizontal <= T::of(LEAST_LEVEL_SHARE) * strength {
+        if horizontal <= T::of(MIN_LEVEL_SHARE) * strength {
             return Err(Unusable::HorizontalFieldTooWeak);
         }
         self.samples.rest.field(field_gauss);
@@ -121,7 +121,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // After a gap the fixes have to correct roll and pitch first.
         let had_gap = self.gates.is_filter_suspect(time);
         let may_lean = had_gap || self.attitude_lost.is_some();
-        if may_lean && usual_rad > MOST_UNLEVELLED_RAD {
+        if may_lean && usual_rad > MAX_UNLEVELLED_RAD {
             return Err(Unusable::NotLevelled);
         }
         if elapsed_s < model.interval_s {

@@ -1,6 +1,6 @@
 //! Measurements of sensors that this crate does not know: the trait that a user implements.
 
-use super::super::covariance::MOST;
+use super::super::covariance::MAX;
 use super::super::solution::Solution;
 use crate::earth::Geodetic;
 use crate::frames::{Body, Ned, Rotation, Vector};
@@ -128,7 +128,7 @@ const LARGEST: f64 = 1e9;
 /// Largest derivative of a row, far below the overflow of products in single precision.
 const LARGEST_DERIVATIVE: f64 = 1e6;
 /// Smallest one-sigma of a row.
-const LEAST_SIGMA: f64 = 1e-9;
+const MIN_SIGMA: f64 = 1e-9;
 
 impl Row {
     /// A quantity with this residual, measured minus expected, and the one-sigma `sigma`. Its derivatives are zero.
@@ -189,7 +189,7 @@ impl Row {
         // Written so that a NaN is rejected.
         let within = |vector: [f64; 3]| vector.iter().all(|&d| libm::fabs(d) <= LARGEST_DERIVATIVE);
         libm::fabs(self.residual) <= LARGEST
-            && (LEAST_SIGMA..=LARGEST).contains(&self.sigma)
+            && (MIN_SIGMA..=LARGEST).contains(&self.sigma)
             && within(self.position.to_array())
             && within(self.velocity.to_array())
             && within(self.attitude.to_array())
@@ -200,7 +200,7 @@ impl Row {
 /// The rows of one reading, at most six.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rows {
-    rows: [Option<Row>; MOST],
+    rows: [Option<Row>; MAX],
     overflowed: bool,
 }
 

@@ -13,7 +13,7 @@ use super::update::ScalarMeasurement;
 use crate::event::RangeReading;
 
 /// Minimum downward component of the beam's direction: the cosine of 60°.
-const LEAST_DOWN: f64 = 0.5;
+const MIN_DOWN: f64 = 0.5;
 /// Ratio of the initial one-sigma of the ground's height to the one-sigma of height and first reading together. The
 /// first reading then changes the variance of the height by at most a hundredth.
 const OPENED: f64 = 10.0;
@@ -55,14 +55,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !(model.least_m..=model.most_m).contains(&range_m) || !vouched {
             return Err(Unusable::OutOfRange);
         }
-        if beam.z() < LEAST_DOWN {
+        if beam.z() < MIN_DOWN {
             return Err(Unusable::TooTilted);
         }
         let age_s = self.age_s(time)?;
         self.relax(trace);
         // The height at the time of the reading.
         let own_m = self.state.position.height_m + velocity_mps.z() * age_s;
-        let white_m = reading.sigma_m.unwrap_or(model.noise_m).max(LEAST_NOISE_M);
+        let white_m = reading.sigma_m.unwrap_or(model.noise_m).max(MIN_NOISE_M);
         let noise = square(white_m) + square(model.noise_share * range_m);
         let height_m = if let Some(height_m) = self.ground.height_m {
             self.open_parameter(state, square(model.ground_walk_m) * wandered_m, trace);
@@ -92,4 +92,4 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 }
 
 /// Minimum one-sigma of a reading, m.
-const LEAST_NOISE_M: f64 = 0.005;
+const MIN_NOISE_M: f64 = 0.005;

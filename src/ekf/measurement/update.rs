@@ -211,7 +211,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// innovation of the position arose within `lost_s`, s.
     #[inline(never)]
     fn reopen_motion(&mut self, axis: &Compared<T>, lost_s: f64) {
-        let opened = square(axis.innovation.wide() / lost_s.max(LEAST_LOST_S));
+        let opened = square(axis.innovation.wide() / lost_s.max(MIN_LOST_S));
         match axis.channel {
             Channel::PositionNorth => self.reopen_level_velocity(VELOCITY, opened),
             Channel::PositionEast => self.reopen_level_velocity(VELOCITY + 1, opened),
@@ -302,7 +302,7 @@ const fn is_vertical(index: usize) -> bool {
 /// Ratio of the position's one-sigma to that of the fix above which the position was unknown before the fix.
 const UNKNOWN: f64 = 2.0;
 /// Minimum time without a fused position, s, assumed when the variance of the velocity is raised.
-const LEAST_LOST_S: f64 = 1.0;
+const MIN_LOST_S: f64 = 1.0;
 /// One-sigma added to roll and pitch (3°) together with a horizontal velocity, rad: tilt is the likely cause of a large
 /// velocity error.
 const REOPENED_TILT_RAD: f64 = 0.05;

@@ -9,7 +9,7 @@ use approx::assert_abs_diff_eq;
 fn programme() -> ExcitationProgramme {
     let doublet = Maneuver::Doublet { amplitude: 0.1, hold_s: 0.6 };
     let step = Maneuver::Step { amplitude: -0.2, hold_s: 0.9 };
-    let mut inputs = [None; ExcitationProgramme::MOST];
+    let mut inputs = [None; ExcitationProgramme::MAX];
     inputs[0] = Some(TestInput { stick: Channel::Pedal, maneuver: doublet });
     inputs[1] = Some(TestInput { stick: Channel::Collective, maneuver: step });
     let limits = ExcitationLimits::default();

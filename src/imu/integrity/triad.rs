@@ -13,39 +13,29 @@ use crate::scalar::Scalar;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     /// Smallest reading that counts as a learned full scale, in the sensor's unit.
-    least_scale: f64,
+    min_scale: f64,
     /// Largest value that vehicles reach, in the sensor's unit. It bounds readings beyond full scale; zero without a
     /// bound.
     fastest: f64,
     /// Minimum usual vibration, one-sigma, in the sensor's unit: with a smaller one any touch would count as a shock.
-    least_shaking: f64,
+    min_shaking: f64,
     /// Minimum vibration of a strong shock, one-sigma, in the sensor's unit.
-    least_shock: f64,
+    min_shock: f64,
     /// One-sigma, in the sensor's unit, of the motion hidden by a stuck axis.
     stuck_sigma: f64,
 }
 
 impl Limits {
     /// Limits of gyros, rad/s.
-    pub const GYRO: Self = Self {
-        least_scale: 1.5,
-        fastest: 6.0,
-        least_shaking: 0.03,
-        least_shock: 3.0,
-        stuck_sigma: 0.2,
-    };
+    pub const GYRO: Self =
+        Self { min_scale: 1.5, fastest: 6.0, min_shaking: 0.03, min_shock: 3.0, stuck_sigma: 0.2 };
     /// Limits of accelerometers, m/s².
-    pub const ACCEL: Self = Self {
-        least_scale: 17.0,
-        fastest: 0.0,
-        least_shaking: 0.3,
-        least_shock: 20.0,
-        stuck_sigma: 2.0,
-    };
+    pub const ACCEL: Self =
+        Self { min_scale: 17.0, fastest: 0.0, min_shaking: 0.3, min_shock: 20.0, stuck_sigma: 2.0 };
 
     /// Usual variance above which an axis counts as moving: an axis that never moved is not stuck.
-    fn least_moving<T: Scalar>(&self) -> T {
-        T::of(0.01 * self.least_shaking * self.least_shaking)
+    fn min_moving<T: Scalar>(&self) -> T {
+        T::of(0.01 * self.min_shaking * self.min_shaking)
     }
 }
 
@@ -74,7 +64,7 @@ const REPEATS: u32 = 4;
 pub(super) const NOW_S: f64 = 0.15;
 /// Minimum present vibration of a shock, in multiples of the usual variance.
 const SHOCK: f64 = 8.0;
-/// Minimum vibration of a strong shock, in multiples of the usual variance; it must also exceed `least_shock`. A
+/// Minimum vibration of a strong shock, in multiples of the usual variance; it must also exceed `min_shock`. A
 /// landing stays below this limit, a breaking propeller exceeds it.
 const STRONG_SHOCK: f64 = 50.0;
 /// Minimum present vibration, as a fraction of full scale, at which a reading at full scale belongs to a tone. At a
@@ -162,7 +152,7 @@ impl<T: Scalar> Triad<T> {
             noise = noise_variance(bend);
             self.vibration.push(noise, interval_s);
         }
-        let least_scale = number(limits.least_scale);
+        let min_scale = number(limits.min_scale);
         let full_scale = number(if full_scale > 0.0 { 0.998 * full_scale } else { f64::INFINITY });
         let mut clipped = marks;
         let stuck_s = self.repetition.push(values, interval_s);
@@ -172,16 +162,16 @@ impl<T: Scalar> Triad<T> {
             if size >= *largest && comes_back(size, largest, repeats) {
                 // An axis stuck at its largest reading counts as at full scale, at any size of that reading.
                 let stands_still =
-                    stuck_s[axis] > T::ZERO && self.usual[axis] > limits.least_moving();
-                clipped[axis] |= size >= least_scale || (limits.fastest > 0.0 && stands_still);
+                    stuck_s[axis] > T::ZERO && self.usual[axis] > limits.min_moving();
+                clipped[axis] |= size >= min_scale || (limits.fastest > 0.0 && stands_still);
             }
             clipped[axis] |= size >= full_scale;
         }
         if !checks.clipping {
             clipped = [false; 3];
         }
-        let least_quiet = square(number(limits.least_shaking));
-        let quiet = self.usual.map(|usual| if usual > least_quiet { usual } else { least_quiet });
+        let min_quiet = square(number(limits.min_shaking));
+        let quiet = self.usual.map(|usual| if usual > min_quiet { usual } else { min_quiet });
         for ((now, usual), noise) in self.now.iter_mut().zip(&mut self.usual).zip(noise) {
             *now += timing.now * (noise - *now);
             // A shock enters the usual vibration slowly; vibration that lasts seconds becomes usual.
@@ -201,11 +191,11 @@ impl<T: Scalar> Triad<T> {
         }
         let cut_off = self.goes_on_s > 0.0;
         if any(shocked) || cut_off {
-            let (mut struck, least_shock) = (false, square(number(limits.least_shock)));
+            let (mut struck, min_shock) = (false, square(number(limits.min_shock)));
             for axis in 0..3 {
                 let blow = number(STRONG_SHOCK) * quiet[axis];
                 struck |= shocked[axis] && noise[axis] > blow;
-                shaken |= now[axis] > blow && now[axis] > least_shock;
+                shaken |= now[axis] > blow && now[axis] > min_shock;
             }
             shock = Some(Shaking { variance: greatest(noise, self.usual), struck, cut_off });
         }
@@ -251,7 +241,7 @@ impl<T: Scalar> Triad<T> {
     ) -> [bool; 3] {
         let mut stuck = [false; 3];
         for axis in 0..3 {
-            if stuck_s[axis] > T::ZERO && self.usual[axis] > limits.least_moving() {
+            if stuck_s[axis] > T::ZERO && self.usual[axis] > limits.min_moving() {
                 let together_s =
                     T::of(2.0) * stuck_s[axis].min(T::of(LONGEST_STUCK_S)) + interval_s;
                 variance[axis] += square(T::of(limits.stuck_sigma)) * interval_s * together_s;

@@ -10,7 +10,7 @@ use crate::scalar::Scalar;
 /// One-sigma of a completely unknown angle, rad.
 const ANY_ANGLE_RAD: f64 = core::f64::consts::PI / 1.732_050_807_568_877_2;
 /// Minimum one-sigma of a two-antenna heading at the start, rad: the vehicle may have turned since the heading.
-const LEAST_ANTENNA_SIGMA_RAD: f64 = 0.02;
+const MIN_ANTENNA_SIGMA_RAD: f64 = 0.02;
 
 /// The first attitude and its uncertainty.
 pub(super) struct Oriented {
@@ -28,7 +28,7 @@ pub(super) struct Oriented {
 /// Largest distance, rad, from an azimuth that counts as reached.
 const POINTED_RAD: f64 = 1e-6;
 /// Largest number of turns towards an azimuth. If the axis is not vertical, each turn only comes closer to the azimuth.
-const MOST_TURNS: usize = 100;
+const MAX_TURNS: usize = 100;
 /// Unit vector down.
 const DOWN: Vector<Ned> = Vector::new(0.0, 0.0, 1.0);
 /// Forward axis of the body.
@@ -72,7 +72,7 @@ impl Aligner {
             && oriented.point(config.baseline_m.unwrap_or(FORWARD), heading_rad.into())
         {
             oriented.heading = HeadingSource::SecondAntenna;
-            oriented.heading_sigma_rad = f64::from(sigma_rad).max(LEAST_ANTENNA_SIGMA_RAD);
+            oriented.heading_sigma_rad = f64::from(sigma_rad).max(MIN_ANTENNA_SIGMA_RAD);
         } else if self.attitude.is_some() && self.allows(HeadingSource::Attitude) {
             oriented.heading = HeadingSource::Attitude;
             oriented.heading_sigma_rad = config.heading_sigma_rad;
@@ -130,7 +130,7 @@ impl Oriented {
     /// # Source
     /// Equation (A2) of docs/equations.md.
     fn point(&mut self, direction: Vector<Body>, azimuth_rad: f64) -> bool {
-        for _ in 0..MOST_TURNS {
+        for _ in 0..MAX_TURNS {
             let pointing = self.body_to_ned * direction;
             let off_rad = wrap_angle(azimuth_rad - pointing.azimuth_rad());
             if libm::fabs(off_rad) < POINTED_RAD {

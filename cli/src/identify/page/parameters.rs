@@ -73,10 +73,10 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
         heads: heads.into_iter().chain(of_held).map(Into::into).collect(),
         rows: rows.collect(),
     };
-    let pairs = found.strong_correlations(LEAST_CORRELATION);
+    let pairs = found.strong_correlations(MIN_CORRELATION);
     let table_of_pairs = Table {
         caption: format!(
-            "Correlations of magnitude above {LEAST_CORRELATION}; above 0.9 the data cannot separate the two"
+            "Correlations of magnitude above {MIN_CORRELATION}; above 0.9 the data cannot separate the two"
         ),
         heads: ["Pair", "Correlation"].map(Into::into).into(),
         rows: pairs
@@ -106,7 +106,7 @@ pub fn parameters(found: &Identification, held: Option<&Identification>) -> Sect
 }
 
 /// Smallest magnitude of a correlation that is listed.
-const LEAST_CORRELATION: f64 = 0.7;
+const MIN_CORRELATION: f64 = 0.7;
 
 fn in_short(estimate: &Estimate) -> String {
     if estimate.is_estimated() {

@@ -18,9 +18,9 @@ const PERIODS: [(i64, &str); 6] = [
 /// Number of entries of [`PERIODS`], from the first on, for a clock that returns to its time at the start of the log.
 const COUNTERS: usize = 4;
 /// Smallest step back of a clock, s; a smaller one is a row out of order.
-const LEAST_S: f64 = 1.0;
+const MIN_S: f64 = 1.0;
 /// Smallest step back of a clock, in usual intervals between rows; the larger of the two limits applies.
-const LEAST_INTERVALS: f64 = 5.0;
+const MIN_INTERVALS: f64 = 5.0;
 /// Largest interval between the rows before and after the end of a period, in usual intervals.
 const LONGEST_INTERVALS: f64 = 3.0;
 /// Shortest interval that counts as an outage, in usual intervals.
@@ -30,7 +30,7 @@ const SHORT_PARTS: usize = 4;
 /// Smallest and largest number of rows on either side of a step that are examined to confirm it.
 const ROWS: [f64; 2] = [2.0, 20.0];
 /// Largest number of breaks of the clock in a log; with more, the rows are shuffled.
-const MOST_BREAKS: usize = 8;
+const MAX_BREAKS: usize = 8;
 /// Time assumed between the rows around a break, s. The true time is unknown, and is mostly one interval. Over such a
 /// gap the filter enlarges its covariance by more than the motion within it.
 const BREAK_S: f64 = 5.0;
@@ -84,7 +84,7 @@ pub(crate) struct Course {
 impl Course {
     pub fn push(&mut self, line: u64, time: Time) {
         let (first, last) = self.ends.unwrap_or((time, time));
-        if time - last > LEAST_S && self.long.len() <= MOST_BREAKS {
+        if time - last > MIN_S && self.long.len() <= MAX_BREAKS {
             self.long.push((line, last, time - last));
         }
         self.ends = Some((first, last.max(time)));
@@ -93,7 +93,7 @@ impl Course {
     /// The interval of about `length_s` that no long interval of `other` overlaps: the line after it, and its
     /// length, s.
     fn lone(&self, other: &Self, length_s: f64, tolerance_s: f64) -> Option<(u64, f64)> {
-        let is_few = self.long.len() <= MOST_BREAKS && other.long.len() <= MOST_BREAKS;
+        let is_few = self.long.len() <= MAX_BREAKS && other.long.len() <= MAX_BREAKS;
         let is_shared = |(_, before, length_s): &(u64, Time, f64)| {
             let overlaps = |(_, start, other_s): &(u64, Time, f64)| {
                 start.offset_by(*other_s) > *before && *start < before.offset_by(*length_s)
@@ -173,7 +173,7 @@ impl ClockSteps {
         for index in steps {
             let (before, after) = (times[index - 1], times[index]);
             let (back_s, line) = (before - after, format!("{} {}", remarks.place(), lines[index]));
-            let is_restart = (after - start).abs() < LEAST_S.max(LONGEST_INTERVALS * usual_s);
+            let is_restart = (after - start).abs() < MIN_S.max(LONGEST_INTERVALS * usual_s);
             let counters = if is_restart { &PERIODS[..COUNTERS] } else { &PERIODS[..] };
             let midnight = (self.is_of_day && back_s > 0.5 * DAY_S).then_some(&DAY);
             let period = midnight.or_else(|| period(counters, back_s, usual_s));
@@ -226,7 +226,7 @@ impl FirstClock {
     /// Rows of another sensor at which both its clock and that of the first sensor break, and the time to be added, s.
     /// Removes these breaks from `steps`, the steps of the other sensor's clock.
     fn followed(&self, times: &[Time], usual_s: f64, steps: &mut Vec<usize>) -> Vec<(usize, f64)> {
-        let tolerance_s = LONGEST_INTERVALS * usual_s + LEAST_S;
+        let tolerance_s = LONGEST_INTERVALS * usual_s + MIN_S;
         let (mut from, mut added) = (0, Vec::new());
         for one in &self.breaks {
             let is_alike = |&index: &usize| {
@@ -260,7 +260,7 @@ impl FirstClock {
     /// First row after the break `one` of the first sensor's clock, if this clock breaks with it. The rows of this
     /// clock are too far apart to show the step back. `None` if this clock goes on.
     fn hidden(&self, one: &Break, times: &[Time], from: usize, usual_s: f64) -> Option<usize> {
-        let tolerance_s = LONGEST_INTERVALS * usual_s + LEAST_S;
+        let tolerance_s = LONGEST_INTERVALS * usual_s + MIN_S;
         let interval_s = |index: &usize| times[*index] - times[index - 1];
         let around = || {
             let from = from.max(1);
@@ -292,9 +292,9 @@ impl FirstClock {
 /// may be an outage, so no time is changed.
 fn name_leap(first: &Course, other: &Course, usual_s: f64, remarks: &mut Remarks) {
     let (Some(a), Some(b)) = (first.ends, other.ends) else { return };
-    let tolerance_s = LONGEST_INTERVALS * usual_s + 0.5 * LEAST_S;
+    let tolerance_s = LONGEST_INTERVALS * usual_s + 0.5 * MIN_S;
     let late_s = b.1 - a.1;
-    if (b.0 - a.0).abs() > tolerance_s || late_s.abs() < LEAST_S.max(tolerance_s) {
+    if (b.0 - a.0).abs() > tolerance_s || late_s.abs() < MIN_S.max(tolerance_s) {
         return;
     }
     let (one, another, whose, then) = match late_s > 0.0 {
@@ -315,7 +315,7 @@ fn name_leap(first: &Course, other: &Course, usual_s: f64, remarks: &mut Remarks
 fn is_step(times: &[Time], index: usize, usual_s: f64) -> bool {
     let (before, at) = (times[index - 1], times[index]);
     let back_s = before - at;
-    if back_s <= LEAST_S.max(LEAST_INTERVALS * usual_s) {
+    if back_s <= MIN_S.max(MIN_INTERVALS * usual_s) {
         return false;
     }
     let rows = (0.5 * back_s / usual_s.max(1e-9)).clamp(ROWS[0], ROWS[1]) as usize;
@@ -343,5 +343,5 @@ fn are_shuffled(times: &[Time], usual_s: f64) -> bool {
         is_step(times, *index, usual_s)
             && period(&PERIODS, times[index - 1] - times[*index], usual_s).is_none()
     };
-    (1..times.len()).filter(is_break).count() > MOST_BREAKS
+    (1..times.len()).filter(is_break).count() > MAX_BREAKS
 }

@@ -32,7 +32,7 @@ const AT_REST_SIGMA_MPS: f64 = 0.1;
 /// Smallest interval between new fixes, in intervals between rows, at which the other rows are repetitions.
 const REPEATING: f64 = 1.5;
 /// Smallest number of new fixes from which their interval is measured.
-const LEAST_NEW: usize = 5;
+const MIN_NEW: usize = 5;
 /// Quantile of the intervals between new fixes that is used as the receiver's own interval. It is low, because a
 /// receiver at rest may repeat its values.
 const SHORT: f64 = 0.1;
@@ -352,8 +352,8 @@ fn at_rest(stated: &StatedFix) -> ([f64; 2], [f64; 3]) {
     if !is_at_rest {
         return ([north, east], stated.velocity_sigma_mps);
     }
-    let least_mps = stated.ground_speed_mps.max(AT_REST_SIGMA_MPS);
-    ([0.0; 2], stated.velocity_sigma_mps.map(|sigma| sigma.max(least_mps)))
+    let min_mps = stated.ground_speed_mps.max(AT_REST_SIGMA_MPS);
+    ([0.0; 2], stated.velocity_sigma_mps.map(|sigma| sigma.max(min_mps)))
 }
 
 /// `fix` without an implausible velocity and without invalid sigmas; each is counted in `remarks` against `place`.
@@ -397,7 +397,7 @@ fn repeats(fixes: &[Fix]) -> Vec<bool> {
     let short_s = quantile(&mut intervals_s, SHORT);
     let mut repeats = vec![false; fixes.len()];
     if let (Some(short_s), Some(usual_s)) = (short_s, quantile(&mut intervals_s, 0.5))
-        && new.len() >= LEAST_NEW
+        && new.len() >= MIN_NEW
         && short_s > REPEATING * row_s
         && (short_s > EVEN * usual_s || short_s > MANY_ROWS * row_s)
     {

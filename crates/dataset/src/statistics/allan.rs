@@ -79,11 +79,11 @@ mod tests {
 
     /// Asserts that the deviation is as `expected` at averaging times up to a hundredth of the recording. There the
     /// one-sigma of the Allan deviation itself is below 7 % (about √(τ/T)/√2).
-    fn assert_near(readings: &[f64], expected: impl Fn(f64) -> f64, least_s: f64) {
+    fn assert_near(readings: &[f64], expected: impl Fn(f64) -> f64, min_s: f64) {
         let points = allan_deviation(readings, INTERVAL_S);
         assert!(points.len() > 40);
-        let most_s = 0.01 * INTERVAL_S * COUNT as f64;
-        for point in points.iter().filter(|point| (least_s..most_s).contains(&point.tau_s)) {
+        let max_s = 0.01 * INTERVAL_S * COUNT as f64;
+        for point in points.iter().filter(|point| (min_s..max_s).contains(&point.tau_s)) {
             let ratio = point.deviation / expected(point.tau_s);
             assert!((ratio - 1.0).abs() < 0.2, "{point:?}: {ratio}");
         }

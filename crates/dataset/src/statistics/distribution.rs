@@ -15,14 +15,14 @@ pub struct Distribution {
 }
 
 /// Largest number of different values.
-const MOST: usize = 1 << 16;
+const MAX: usize = 1 << 16;
 
 impl Distribution {
     /// Counts `value`, which must be finite and not negative.
     pub fn push(&mut self, value: f64) {
         *self.counts.entry(rounded(value.to_bits(), self.rounded)).or_default() += 1;
         self.total += 1;
-        while self.counts.len() > MOST {
+        while self.counts.len() > MAX {
             self.rounded += 1;
             let finer = std::mem::take(&mut self.counts);
             for (bits, count) in finer {
@@ -96,7 +96,7 @@ mod tests {
         };
         let mut values: Vec<f64> = std::iter::repeat_with(next).take(1_000_000).collect();
         let distribution: Distribution = values.iter().copied().collect();
-        assert!(distribution.counts.len() <= MOST);
+        assert!(distribution.counts.len() <= MAX);
         let (found, exact) =
             (distribution.quantile(0.5).unwrap(), quantile(&mut values, 0.5).unwrap());
         assert!((found / exact - 1.0).abs() < 1e-4, "{found} {exact}");

@@ -108,7 +108,7 @@ impl<X> Default for Extremes<X> {
 }
 
 impl<X: Copy + PartialOrd> Extremes<X> {
-    const MOST: usize = 1 << 16;
+    const MAX: usize = 1 << 16;
 
     /// Adds a finite point with an abscissa above the previous one.
     pub fn push(&mut self, point: (X, f64)) {
@@ -117,7 +117,7 @@ impl<X: Copy + PartialOrd> Extremes<X> {
         if self.count < self.stride {
             return;
         }
-        if self.points.len() + 2 > Self::MOST {
+        if self.points.len() + 2 > Self::MAX {
             let halved = self.points.chunks(4).flat_map(|four| {
                 let four =
                     four.iter().skip(1).fold([four[0]; 2], |near, point| widened(near, *point));
@@ -217,7 +217,7 @@ mod tests {
         };
         assert_eq!(drawn(60_000).len(), 60_000);
         let long = drawn(1_000_000);
-        assert!(long.len() <= Extremes::<f64>::MOST && long.len() > Extremes::<f64>::MOST / 4);
+        assert!(long.len() <= Extremes::<f64>::MAX && long.len() > Extremes::<f64>::MAX / 4);
         assert!(long.windows(2).all(|pair| pair[0].0 < pair[1].0));
         let has = |time: f64| long.iter().any(|point| point.0 == time);
         assert!(has(700_001.0) && has(12_345.0));

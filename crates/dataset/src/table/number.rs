@@ -22,14 +22,14 @@ pub(crate) fn parse_number(field: &[u8]) -> Option<f64> {
 /// 92–101: the case that needs no more than one operation.
 fn parse_plain(field: &[u8]) -> Option<f64> {
     /// Largest number of decimal digits whose value is always below 2⁵³, so exact as `f64`.
-    const MOST_DIGITS: usize = 15;
-    const TENS: [f64; MOST_DIGITS + 1] =
+    const MAX_DIGITS: usize = 15;
+    const TENS: [f64; MAX_DIGITS + 1] =
         [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
     let (negative, digits) = match field {
         [b'-', rest @ ..] => (true, rest),
         _ => (false, field),
     };
-    if digits.len() > MOST_DIGITS + 1 {
+    if digits.len() > MAX_DIGITS + 1 {
         return None;
     }
     let (mut whole, mut count, mut point) = (0u64, 0, None);
@@ -41,7 +41,7 @@ fn parse_plain(field: &[u8]) -> Option<f64> {
         whole = 10 * whole + u64::from(byte.is_ascii_digit().then(|| byte - b'0')?);
         count += 1;
     }
-    if count == 0 || count > MOST_DIGITS {
+    if count == 0 || count > MAX_DIGITS {
         return None;
     }
     let number = whole as f64 / TENS[point.map_or(0, |point| count - point)];

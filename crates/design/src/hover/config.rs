@@ -130,7 +130,7 @@ impl Default for HoverDesign {
 }
 
 /// Largest lag that replaces a delay, s.
-const MOST_LAG_S: f64 = 0.15;
+const MAX_LAG_S: f64 = 0.15;
 
 impl HoverDesign {
     /// Design for the model printed by Paw (2005), as found by [`searched`](Self::searched). Every mode of this model
@@ -181,8 +181,8 @@ impl HoverDesign {
     #[must_use]
     pub(crate) fn as_late_as(&self, [cyclic_s, tail_s]: [f64; 2]) -> Self {
         Self {
-            servo_s: self.servo_s.max(cyclic_s.min(MOST_LAG_S)),
-            tail_servo_s: self.tail_servo_s.max(tail_s.min(MOST_LAG_S)),
+            servo_s: self.servo_s.max(cyclic_s.min(MAX_LAG_S)),
+            tail_servo_s: self.tail_servo_s.max(tail_s.min(MAX_LAG_S)),
             ..self.clone()
         }
     }

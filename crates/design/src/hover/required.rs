@@ -171,8 +171,8 @@ fn violation(
         let response = design.respond(model, &gains, disturbance, 2.0 * asked.back_s[0])?;
         nominal += 6.0 * positive((response.largest_from(back_s) / (asked.band * size)).ln());
         if let Some(stopped_s) = back_with_stops_s(design, model, &gains, &response)? {
-            let most_s = 2.0 * asked.back_s[0];
-            nominal += 6.0 * positive((stopped_s.min(most_s) / asked.back_s[0]).ln());
+            let max_s = 2.0 * asked.back_s[0];
+            nominal += 6.0 * positive((stopped_s.min(max_s) / asked.back_s[0]).ln());
         }
     }
     for mode in [FlightMode::Velocity, FlightMode::Position] {

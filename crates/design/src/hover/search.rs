@@ -307,14 +307,14 @@ fn margins_short(
     wanted: &Wanted,
 ) -> Result<f64, DesignError> {
     /// Minimum margins with the highest weight: slightly more than 6 dB and 45°.
-    const LEAST: (f64, f64) = (6.3, 46.0);
+    const MIN: (f64, f64) = (6.3, 46.0);
     if !is_stable(design, model, gains, mode)? {
         return Ok(10.0);
     }
     let (gain_db, phase_deg) =
         design.close_in(model, gains, mode, Cut::Actuators)?.weakest(FREQUENCIES);
     let below = |found: f64, wanted: f64| (1.0 - found / wanted).max(0.0);
-    Ok(25.0 * (below(gain_db, LEAST.0) + below(phase_deg, LEAST.1))
+    Ok(25.0 * (below(gain_db, MIN.0) + below(phase_deg, MIN.1))
         + below(gain_db, wanted.gain_db)
         + below(phase_deg, wanted.phase_deg))
 }

@@ -31,7 +31,7 @@ struct Iterate {
 }
 
 /// Largest number of Newton steps.
-const MOST_STEPS: usize = 60;
+const MAX_STEPS: usize = 60;
 /// Largest relative residual of a valid solution.
 const LARGEST_RESIDUAL: f64 = 1e-7;
 
@@ -100,7 +100,7 @@ impl Equation<'_> {
     /// Newton's method from an approximate solution, as long as each step improves the solution.
     pub fn refined(&self, start: DMatrix<f64>) -> Option<RiccatiSolution> {
         let mut best = self.iterate(start)?;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let correction = self.correction(&best)?;
             // The square of so small a correction is below rounding.
             let small = correction.norm() <= 1e-12 * best.x.norm();
@@ -122,7 +122,7 @@ impl Equation<'_> {
     /// which is rejected.
     pub fn descended(&self, mut gain: DMatrix<f64>) -> Option<RiccatiSolution> {
         let mut before: Option<DMatrix<f64>> = None;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let closed = self.a - self.b * &gain;
             let cost = symmetric(&self.cost(&DoubleDouble::of(gain)).high);
             let x = if self.discrete { stein(&closed, cost)? } else { lyapunov(&closed, &cost)? };

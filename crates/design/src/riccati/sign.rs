@@ -19,7 +19,7 @@ fn sign_step(matrix: &mut DMatrix<f64>, inverse: &DMatrix<f64>, scale: f64) -> f
 
 /// Largest number of iterations. It is sufficient for any matrix whose modes are distinct from the imaginary axis in
 /// double precision.
-const MOST_STEPS: usize = 100;
+const MAX_STEPS: usize = 100;
 
 /// The solution of AᵀE + EA + Q = 0 by the sign iteration; `None` unless A is stable.
 ///
@@ -32,7 +32,7 @@ pub(super) fn lyapunov(a: &DMatrix<f64>, q: &DMatrix<f64>) -> Option<DMatrix<f64
     let (mut a, mut q, mut inverse) = (a.clone(), q.clone(), a.clone());
     let (mut half, mut turned) = (q.clone(), q.clone());
     let mut change = f64::INFINITY;
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         inverse.copy_from(&a);
         let log_determinant = invert(&mut inverse)?;
         let scale = if change > 0.01 { (-log_determinant / n as f64).exp() } else { 1.0 };
@@ -67,7 +67,7 @@ pub(super) fn sign_solution(
     z.view_mut((n, n), (n, n)).copy_from(&-a.transpose());
     let mut change = f64::INFINITY;
     let mut inverse = z.clone();
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         inverse.copy_from(&z);
         let log_determinant = invert(&mut inverse)?;
         let scale = if change > 0.01 { (-log_determinant / (2 * n) as f64).exp() } else { 1.0 };

@@ -8,7 +8,7 @@ use super::judged::Judged;
 use crate::finding::{Finding, FindingKind, Sensor, Severity};
 
 /// Smallest error of the lever arm, m, that is a warning.
-const LEAST_M: f64 = 0.3;
+const MIN_M: f64 = 0.3;
 /// Smallest error of the lever arm that is reported, in one-sigmas.
 const SURE: f64 = 3.5;
 /// Longest time between two fixes that are compared, s.
@@ -21,7 +21,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let (start_s, end_s) = log.span_s().unwrap_or_default();
     findings.push(
         Finding::warning(Sensor::Gps, FindingKind::LeverArm, (start_s, end_s), words)
-            .severity(if size < LEAST_M { Severity::Info } else { Severity::Warning }),
+            .severity(if size < MIN_M { Severity::Info } else { Severity::Warning }),
     );
 }
 
@@ -50,7 +50,7 @@ fn found(log: &Judged<'_>) -> Option<(f64, String)> {
 fn left(log: &Judged<'_>) -> Option<(f64, String)> {
     let (arm, sigma_m) = missing_arm(log)?;
     let size = arm.norm();
-    if size < LEAST_M.max(SURE * sigma_m) {
+    if size < MIN_M.max(SURE * sigma_m) {
         return None;
     }
     let [x, y, z] = likely(log, arm);

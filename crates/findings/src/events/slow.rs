@@ -12,9 +12,9 @@ const OVER_S: f64 = 20.0;
 /// less, even at the end of a rest.
 const STEP: f64 = 6.0;
 /// Smallest step of a gyro's bias that is reported, rad/s.
-const LEAST_GYRO: f64 = 0.005;
+const MIN_GYRO: f64 = 0.005;
 /// Smallest step of an accelerometer's bias that is reported, m/s².
-const LEAST_ACCEL: f64 = 0.2;
+const MIN_ACCEL: f64 = 0.2;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let solutions = &log.run.solutions;
@@ -32,8 +32,8 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         }
     }
     for (what, least, unit, scale) in [
-        ("gyro", LEAST_GYRO, "°/s", 180.0 / std::f64::consts::PI),
-        ("accelerometer", LEAST_ACCEL, "m/s²", 1.0),
+        ("gyro", MIN_GYRO, "°/s", 180.0 / std::f64::consts::PI),
+        ("accelerometer", MIN_ACCEL, "m/s²", 1.0),
     ] {
         for axis in 0..3 {
             let at = |index: usize| {

@@ -20,19 +20,19 @@ const ABSORBED_S: f64 = 15.0;
 const SIDE: usize = 3;
 /// Largest number of means near a step in which the inertial unit's own attitude may disagree with the gyros. A real
 /// step causes such a disagreement.
-const MOST_REJECTED: usize = 2;
+const MAX_REJECTED: usize = 2;
 /// Smallest step, in multiples of the usual change between means.
 const UNUSUAL: f64 = 6.0;
 /// Smallest step of a gyro's bias that is reported, rad/s.
-const LEAST_GYRO: f64 = 0.002;
+const MIN_GYRO: f64 = 0.002;
 /// Smallest step of an accelerometer's bias that is reported, m/s².
-const LEAST_ACCEL: f64 = 0.12;
+const MIN_ACCEL: f64 = 0.12;
 /// Smallest lasting step of a gyro's bias that the filter has estimated, rad/s; a smaller one may be an initial bias
 /// estimated late.
-const LEAST_LASTING_GYRO: f64 = 0.0035;
+const MIN_LASTING_GYRO: f64 = 0.0035;
 /// Smallest lasting step of an accelerometer's bias that the filter has estimated, m/s²: five one-sigmas of its initial
 /// bias.
-const LEAST_LASTING_ACCEL: f64 = 0.25;
+const MIN_LASTING_ACCEL: f64 = 0.25;
 /// Smallest fraction of a step by which the filter's own bias must follow. The inertial unit's own attitude drifts,
 /// which looks like a step among few means. Inserted steps have 0.39 and more, simulated flights without a step 0.14
 /// and less.
@@ -59,17 +59,17 @@ pub(super) fn find(log: &Judged<'_>, witness: Witness, findings: &mut Vec<Findin
             rejected_s.get(first).is_some_and(|&time_s| time_s < part.start_s + MEAN_S)
         };
         near.iter().all(|part| part.turn_radps < TURNING_RADPS)
-            && near.iter().filter(is_denied).count() <= MOST_REJECTED
+            && near.iter().filter(is_denied).count() <= MAX_REJECTED
     };
     let [turns, forces] = witness.finish(log);
     let degps = ("°/s", 180.0 / std::f64::consts::PI);
     let of_gyro = |solution: &Solution| solution.gyro_bias_radps;
     let followed = |axis, time_s, change| follows(log, of_gyro, axis, time_s, change);
-    step(&turns, is_witness, "gyro", LEAST_GYRO, degps, followed, findings);
+    step(&turns, is_witness, "gyro", MIN_GYRO, degps, followed, findings);
     let mps2 = ("m/s²", 1.0);
     let of_accel = |solution: &Solution| solution.accel_bias_mps2;
     let followed = |axis, time_s, change| follows(log, of_accel, axis, time_s, change);
-    step(&forces, is_witness, "accelerometer", LEAST_ACCEL, mps2, followed, findings);
+    step(&forces, is_witness, "accelerometer", MIN_ACCEL, mps2, followed, findings);
     absorbed(log, findings);
 }
 
@@ -209,12 +209,12 @@ fn absorbed(log: &Judged<'_>, findings: &mut Vec<Finding>) {
         let gyro: [Option<f64>; 3] = lasting(
             (after.gyro_bias_radps - before.gyro_bias_radps).to_array(),
             (later.gyro_bias_radps - before.gyro_bias_radps).to_array(),
-            LEAST_LASTING_GYRO,
+            MIN_LASTING_GYRO,
         );
         let accel: [Option<f64>; 3] = lasting(
             (after.accel_bias_mps2 - before.accel_bias_mps2).to_array(),
             (later.accel_bias_mps2 - before.accel_bias_mps2).to_array(),
-            LEAST_LASTING_ACCEL,
+            MIN_LASTING_ACCEL,
         );
         let mut named = Vec::new();
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Time offset of the fixes: comparison of their accelerations with those of the accelerometers.
 //!
-//! The filter estimates a time offset within its history, a few tenths of a second. This search reaches [`MOST_S`] and
+//! The filter estimates a time offset within its history, a few tenths of a second. This search reaches [`MAX_S`] and
 //! uses only the attitude of the filter, whose heading may have any constant error.
 
 use hovernav::frames::Vector;
@@ -24,7 +24,7 @@ const FAR_S: f64 = 0.25;
 /// Difference from the filter's estimate, s, beyond which the offset according to the accelerations replaces it.
 const AGREES_S: f64 = 0.1;
 /// Largest delay of the search to either side, s: clocks may differ by the leap seconds.
-const MOST_S: f64 = 25.0;
+const MAX_S: f64 = 25.0;
 /// Coarse step of the search, s.
 const COARSE_S: f64 = 0.1;
 /// Fine step of the search, s.
@@ -41,7 +41,7 @@ const LONGEST_S: f64 = 2.5;
 /// Number of velocity changes in a part of the flight. The delays of the parts are compared.
 const PART: usize = 40;
 /// Smallest number of parts that can show a growing delay.
-const LEAST_PARTS: usize = 3;
+const MIN_PARTS: usize = 3;
 /// Smallest growth of the delay over the flight, in multiples of the delays' rms distance from the fitted line.
 const OFF_LINE: f64 = 5.0;
 /// Smallest additional fraction of the velocity changes that a growing delay must explain, compared with a constant
@@ -52,9 +52,9 @@ const GAP_S: f64 = 0.3;
 /// Longest section of a flight that is used, s.
 const LOOKED_S: f64 = 3600.0;
 /// Smallest number of velocity changes to be compared.
-const LEAST_CHANGES: usize = 30;
+const MIN_CHANGES: usize = 30;
 /// Smallest rms of the velocity changes, m/s, from which a delay is estimated.
-const LEAST_MPS: f64 = 0.5;
+const MIN_MPS: f64 = 0.5;
 /// Smallest fraction of the velocity changes that the best delay must explain.
 const EXPLAINED: f64 = 0.5;
 /// Smallest lead of the best delay over zero and over distant delays, in explained fraction.
@@ -201,7 +201,7 @@ impl MeasuredVelocity {
             .chunks(PART)
             .filter_map(|part| Some([centre_s(part), self.plain_delay_s(part)?.0]))
             .collect();
-        if parts.len() < LEAST_PARTS {
+        if parts.len() < MIN_PARTS {
             return None;
         }
         let count = parts.len() as f64;
@@ -235,7 +235,7 @@ impl MeasuredVelocity {
     /// a distant delay explains about as much.
     fn plain_delay_s(&self, reported: &[Change]) -> Option<(f64, f64)> {
         let explained = |delay_s: f64| self.explained(reported, |_| delay_s).unwrap_or(0.0);
-        let steps = (MOST_S / COARSE_S) as i32;
+        let steps = (MAX_S / COARSE_S) as i32;
         let tried: Vec<(f64, f64)> = (-steps..=steps)
             .map(|step| COARSE_S * f64::from(step))
             .map(|delay_s| (delay_s, explained(delay_s)))
@@ -269,7 +269,7 @@ impl MeasuredVelocity {
                 Some((Self::change([start?, middle?, end?])?, change.north_east_mps))
             })
             .collect();
-        if pairs.len() < LEAST_CHANGES {
+        if pairs.len() < MIN_CHANGES {
             return None;
         }
         let count = pairs.len() as f64;
@@ -287,7 +287,7 @@ impl MeasuredVelocity {
             squares =
                 [squares[0] + a[0] * a[0] + a[1] * a[1], squares[1] + b[0] * b[0] + b[1] * b[1]];
         }
-        let moves = squares.iter().all(|squares| (squares / count).sqrt() > LEAST_MPS);
+        let moves = squares.iter().all(|squares| (squares / count).sqrt() > MIN_MPS);
         moves.then(|| (along.powi(2) + across.powi(2)) / (squares[0] * squares[1]))
     }
 

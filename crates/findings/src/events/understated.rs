@@ -8,11 +8,11 @@ use crate::finding::{Finding, FindingKind, Sensor};
 /// reaches 1.2, because part of the error drifts.
 const UNDERSTATED: f64 = 1.5;
 /// Smallest number of fixes from which the ratio is judged.
-const LEAST: usize = 50;
+const MIN: usize = 50;
 
 pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let fixes = &log.dataset.fixes;
-    let Some((start_s, end_s)) = log.span_s().filter(|_| fixes.len() >= LEAST) else { return };
+    let Some((start_s, end_s)) = log.span_s().filter(|_| fixes.len() >= MIN) else { return };
     let places = fixes.iter().filter(|fix| fix.position_sigma_m.is_some()).count();
     let velocities = fixes.iter().filter(|fix| fix.velocity_sigma_mps.is_some()).count();
     let stated = [("positions", places), ("velocities", velocities)];

@@ -13,7 +13,7 @@ const APART_S: f64 = 5.0;
 /// Longest interval between spikes of a field in one event, s.
 const SPIKES_S: f64 = 60.0;
 /// Smallest number of spikes in an event.
-const LEAST_SPIKES: usize = 3;
+const MIN_SPIKES: usize = 3;
 /// Longest time, s, from the first reading of a disturbance to its report.
 const BEGINS_S: f64 = 1.0;
 
@@ -87,7 +87,7 @@ pub(super) fn find(log: &Judged<'_>, findings: &mut Vec<Finding>) {
                         && finding.start_s <= span.start_s
                         && span.end_s <= finding.end_s
                 });
-                let known = known || (reason == Unusable::Outlier && span.count < LEAST_SPIKES);
+                let known = known || (reason == Unusable::Outlier && span.count < MIN_SPIKES);
                 if known || (reason == Unusable::TooOld && span.end_s < starting_s) {
                     continue;
                 }

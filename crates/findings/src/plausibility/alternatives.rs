@@ -13,7 +13,7 @@ const SAMPLES: usize = 20_000;
 /// Mean square of the normalised innovations beyond which a run is suspect.
 const SUSPECT: f64 = 2.5;
 /// Largest contribution of one innovation to the mean square. A rejected innovation contributes this value.
-const MOST: f64 = 25.0;
+const MAX: f64 = 25.0;
 /// Time after an enlargement of the bias uncertainty, s, in which consistent innovations prove nothing.
 const OPENED_S: f64 = 2.0;
 /// Smallest factor by which the right set-up reduces the mean square.
@@ -131,8 +131,8 @@ fn without(aid: Aid, config: &EstimatorConfig, part: &Dataset) -> Option<Estimat
 }
 
 /// Mean square of the normalised innovations of the fixes, relative to the adapted noise and to the configured noise.
-/// Each innovation counts at most [`MOST`]. Rejected innovations, and those soon after an enlargement of the bias
-/// uncertainty, count [`MOST`]. `None` with too few innovations.
+/// Each innovation counts at most [`MAX`]. Rejected innovations, and those soon after an enlargement of the bias
+/// uncertainty, count [`MAX`]. `None` with too few innovations.
 fn disagreement(run: &Run) -> Option<[f64; 2]> {
     let (mut sum, mut count) = (0.0, 0.0);
     let mut opened_until_s = f64::NEG_INFINITY;
@@ -150,7 +150,7 @@ fn disagreement(run: &Run) -> Option<[f64; 2]> {
             ) {
                 let opened = axis.time.seconds() < opened_until_s;
                 let rejected = axis.verdict != Verdict::Accepted;
-                sum += if rejected || opened { MOST } else { axis.normalised().powi(2).min(MOST) };
+                sum += if rejected || opened { MAX } else { axis.normalised().powi(2).min(MAX) };
                 count += 1.0;
             }
         }
@@ -178,7 +178,7 @@ impl Trial {
         let near = dataset.samples().filter(|sample| sample.time >= first_fix).take(SAMPLES);
         let part =
             Dataset { imu: near.collect(), imu_file: None, order: Vec::new(), ..dataset.clone() };
-        let [_, as_it_is] = disagreement(&estimate(&part, &config, |_| {})).unwrap_or([MOST; 2]);
+        let [_, as_it_is] = disagreement(&estimate(&part, &config, |_| {})).unwrap_or([MAX; 2]);
         Some(Self { part, config, as_it_is })
     }
 

@@ -11,7 +11,7 @@ use crate::rates::Rates;
 /// Interval over which rotations are compared, s: longer than the lag of an attitude, shorter than a turn.
 const OVER_S: f64 = 0.5;
 /// Smallest rms rate of the gyros, rad/s.
-const LEAST_RADPS: f64 = 0.008;
+const MIN_RADPS: f64 = 0.008;
 /// Smallest fraction of the attitude's motion that the fit has to explain.
 const EXPLAINED: f64 = 0.5;
 /// Plausible scales of the gyros.
@@ -89,7 +89,7 @@ fn with_attitude(
     largest_rad: f64,
     found: &mut Vec<SetupFinding>,
 ) -> bool {
-    let Some(fit) = regression.fit(LEAST_RADPS) else { return false };
+    let Some(fit) = regression.fit(MIN_RADPS) else { return false };
     if fit.explained.iter().any(|&explained| explained < EXPLAINED) {
         return false;
     }

@@ -9,9 +9,9 @@ use hovernav_dataset::Dataset;
 /// Length of the parts over which heights are averaged, s; changes between successive parts are compared.
 const PART_S: f64 = 10.0;
 /// Smallest number of changes that are compared.
-const LEAST_COUNT: usize = 6;
+const MIN_COUNT: usize = 6;
 /// Smallest rms of the changes of the fixes' heights, m.
-const LEAST_M: f64 = 1.5;
+const MIN_M: f64 = 1.5;
 /// Smallest fraction of the fixes' height changes that the barometer explains.
 const EXPLAINED: f64 = 0.7;
 /// Smallest deviation of the scale from 1, in one-sigmas.
@@ -48,7 +48,7 @@ pub fn barometer_scale(dataset: &Dataset) -> Option<f64> {
 fn scale(dataset: &Dataset) -> Option<Scale> {
     let changes = changes(dataset);
     let squares: f64 = changes.iter().map(|(_, fixes)| fixes * fixes).sum();
-    if changes.len() < LEAST_COUNT || (squares / changes.len() as f64).sqrt() < LEAST_M {
+    if changes.len() < MIN_COUNT || (squares / changes.len() as f64).sqrt() < MIN_M {
         return None;
     }
     // The barometer is the independent variable of the regression, because it scatters less.

@@ -11,11 +11,11 @@ const NOTED_S: f64 = 0.05;
 /// Interval over which fields are compared, s: longer than the lag of a magnetometer, too short for gyro drift.
 const OVER_S: f64 = 1.0;
 /// Smallest turn that is compared, rad.
-const LEAST_TURN_RAD: f64 = 0.03;
+const MIN_TURN_RAD: f64 = 0.03;
 /// Smallest number of comparisons for a judgement.
-const LEAST: usize = 30;
+const MIN: usize = 30;
 /// Smallest sum of the squared relative changes of the field.
-const LEAST_TURNED: f64 = 0.2;
+const MIN_TURNED: f64 = 0.2;
 /// Largest squared residual of the right order and signs, relative to that of the present ones.
 const BETTER: f64 = 0.2;
 /// Largest squared residual of the right order and signs, relative to the field's changes.
@@ -87,7 +87,7 @@ impl FieldTurning {
             };
             let turn = body_to_start.inverse() * from;
             let strength = field.norm() * old.norm();
-            if turn.rotation_vector().norm() < LEAST_TURN_RAD
+            if turn.rotation_vector().norm() < MIN_TURN_RAD
                 || strength == 0.0
                 || self.gap(then, time)
             {
@@ -119,7 +119,7 @@ impl FieldTurning {
         let best = others.iter().zip(&OTHERS).min_by(|a, b| a.0.total_cmp(b.0));
         let Some((&best, (.., name))) = best else { return };
         let is_right = |left: f64| left <= BETTER * present && left <= EXPLAINED * turned;
-        if count < LEAST || turned < LEAST_TURNED {
+        if count < MIN || turned < MIN_TURNED {
             return;
         }
         let share = |left: f64| 100.0 * (left / turned).sqrt();

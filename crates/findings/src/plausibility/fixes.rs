@@ -14,7 +14,7 @@ const HORIZONTAL_S: f64 = 4.0;
 /// Time over which vertical displacements are compared, s.
 const VERTICAL_S: f64 = 8.0;
 /// Smallest change of the velocity that is judged, m/s rms.
-const LEAST_MPS: f64 = 0.4;
+const MIN_MPS: f64 = 0.4;
 /// Smallest fraction of the displacements that the fit has to explain.
 const EXPLAINED: f64 = 0.6;
 /// Sine of the angle between velocity and displacement above which the velocity belongs to another time.
@@ -23,7 +23,7 @@ const TURNED: f64 = 0.25;
 /// fraction. A smaller scale means another unit.
 const SMALLER: f64 = 0.75;
 /// Smallest plausible scale of an intact receiver.
-const LEAST_SCALE: f64 = 0.6;
+const MIN_SCALE: f64 = 0.6;
 /// Largest difference of two courses that count as equal, rad (12°). The scale of a displacement depends on the
 /// latitude, which may be wrong.
 const ALIKE_RAD: f64 = 0.2;
@@ -42,7 +42,7 @@ const UNITS: [(f64, &str); 6] = [
     (0.001, "mm/s"),
 ];
 /// Smallest distance from 0° N 0° E, degrees, of coordinates that may be radians. Closer ones come from a simulation.
-const LEAST_RADIANS: f64 = 0.05;
+const MIN_RADIANS: f64 = 0.05;
 /// One degree in radians: the scale of displacements whose coordinates are radians read as degrees.
 const DEGREE: f64 = PI / 180.0;
 
@@ -83,7 +83,7 @@ fn gps(is_certain: bool, found: String, cause: &str, mend: &str) -> SetupFinding
 fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     // Receivers that report speed and course have no vertical velocity.
     let pairs = pairs(fixes, HORIZONTAL_S, 0, |fix| fix.horizontal_velocity_mps);
-    let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = fit(&pairs, LEAST_MPS) else {
+    let Some(Fit { matrix: [[nn, ne], [en, ee]], explained }) = fit(&pairs, MIN_MPS) else {
         straight(&pairs, found);
         return;
     };
@@ -118,7 +118,7 @@ fn horizontal(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
         found.push(in_unit(sizes, unit));
     } else if [(nn, explained[0]), (ee, explained[1])].iter().any(|&(scale, explained)| {
         // Noise of the velocity reduces a scale, at most to the explained fraction.
-        !(LEAST_SCALE * explained..1.6).contains(&scale)
+        !(MIN_SCALE * explained..1.6).contains(&scale)
     }) {
         let cause = "coordinates or velocity of a wrong unit";
         found.push(gps(false, sizes, cause, "expected degrees and m/s"));
@@ -138,7 +138,7 @@ fn straight(pairs: &[([f64; 2], [f64; 2])], found: &mut Vec<SetupFinding>) {
         let of_axis = |(told, moved): &([f64; 2], [f64; 2])| {
             ([north * told[0] + east * told[1]], [moved[axis]])
         };
-        fit(&pairs.iter().map(of_axis).collect::<Vec<_>>(), LEAST_MPS)
+        fit(&pairs.iter().map(of_axis).collect::<Vec<_>>(), MIN_MPS)
     });
     let [Some(to_north), Some(to_east)] = by_axis else { return };
     let [moved_north, moved_east] = [to_north.matrix[0][0], to_east.matrix[0][0]];
@@ -216,7 +216,7 @@ fn in_radians(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     let is_radians = |(latitude, longitude): (f64, f64)| {
         latitude.abs() <= FRAC_PI_2
             && longitude.abs() <= PI
-            && latitude.hypot(longitude) > LEAST_RADIANS
+            && latitude.hypot(longitude) > MIN_RADIANS
     };
     if let Some(first) = fixes.first().map(degrees)
         && fixes.iter().map(degrees).all(is_radians)
@@ -240,15 +240,15 @@ fn epochs(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     /// Intervals of fixes to be checked, s: shorter ones are left to the filter, longer ones are gaps.
     const INTERVALS_S: std::ops::Range<f64> = 0.4..3.0;
     /// Smallest number of fixes for a judgement.
-    const LEAST: f64 = 30.0;
+    const MIN: f64 = 30.0;
     /// Smallest rms difference between velocity and displacement rate, m/s.
-    const LEAST_OFF_MPS: f64 = 0.5;
+    const MIN_OFF_MPS: f64 = 0.5;
     /// Largest difference that counts, m/s, so that a jump of the receiver does not look like a wrong pairing.
     const OUTLIER_MPS: f64 = 20.0;
     /// Largest squared residual of the right pairing, relative to the present one.
     const LEFT: f64 = 0.3;
     /// Largest offset of the pairing that is tried, fixes.
-    const MOST: isize = 2;
+    const MAX: isize = 2;
     let off = |later: isize| {
         let (mut squares, mut count) = (0.0, 0.0);
         for (index, pair) in fixes.windows(2).enumerate() {
@@ -274,10 +274,10 @@ fn epochs(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
             squares += (off_north.powi(2) + off_east.powi(2)).min(OUTLIER_MPS * OUTLIER_MPS);
             count += 1.0;
         }
-        (count >= LEAST).then_some(squares / count)
+        (count >= MIN).then_some(squares / count)
     };
-    let Some(as_they_are) = off(0).filter(|squares| squares.sqrt() > LEAST_OFF_MPS) else { return };
-    let others = (-MOST..=MOST).filter(|later| *later != 0);
+    let Some(as_they_are) = off(0).filter(|squares| squares.sqrt() > MIN_OFF_MPS) else { return };
+    let others = (-MAX..=MAX).filter(|later| *later != 0);
     let others = others.filter_map(|later| Some((later, off(later)?)));
     let Some((later, least)) = others.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
     if least > LEFT * as_they_are {
@@ -303,8 +303,7 @@ fn epochs(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
 fn vertical(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     let down = |fix: &Fix| fix.down_velocity_mps.filter(|_| !fix.two_dimensional);
     let pairs = pairs(fixes, VERTICAL_S, 2, |fix| down(fix).map(|down| [down]));
-    let Some(Fit { matrix: [[scale]], explained: [explained] }) = fit(&pairs, 0.5 * LEAST_MPS)
-    else {
+    let Some(Fit { matrix: [[scale]], explained: [explained] }) = fit(&pairs, 0.5 * MIN_MPS) else {
         return;
     };
     if explained > EXPLAINED && scale < -0.5 {

@@ -21,7 +21,7 @@ const STEADY_MPS2: f64 = 0.3;
 /// Interval over which the acceleration is computed from the fixes, s. Two fixes may be up to twice as far apart.
 const STEADY_OVER_S: f64 = 2.0;
 /// Smallest number of seconds with an acceleration below [`STEADY_MPS2`].
-const LEAST_STEADY: usize = 20;
+const MIN_STEADY: usize = 20;
 /// Relative error of the specific force that exceeds the bias of any intact inertial unit.
 const SCALE_OFF: f64 = 0.05;
 /// Cosine of 60°, the angle from the vertical within which a vehicle spends its flight.
@@ -148,7 +148,7 @@ fn scale(seconds: &[(f64, f64)], fixes: &[Fix], found: &mut Vec<SetupFinding>) {
     let steady = seconds.iter().filter(|(time_s, _)| is_steady(*time_s));
     let mut sizes: Vec<f64> = steady.map(|(_, size)| *size).collect();
     let count = sizes.len();
-    let Some(size) = quantile(&mut sizes, 0.5).filter(|_| count >= LEAST_STEADY) else { return };
+    let Some(size) = quantile(&mut sizes, 0.5).filter(|_| count >= MIN_STEADY) else { return };
     let in_g = size / G;
     if (in_g - 1.0).abs() > SCALE_OFF {
         found.push(SetupFinding {

@@ -58,7 +58,7 @@ impl<const D: usize> Regression<D> {
     /// The fit. `None` with too few pairs, or if the independent motion of a measured component is below `least`, rms:
     /// then the components cannot be separated.
     pub fn fit(&self, least: f64) -> Option<Fit<D>> {
-        let few = LEAST + LEAST_EACH * D as f64;
+        let few = MIN + MIN_EACH * D as f64;
         if self.count < few { None } else { self.fit_of_any(least) }
     }
 
@@ -122,9 +122,9 @@ impl Scale {
 }
 
 /// Smallest number of pairs for a fit.
-const LEAST: f64 = 12.0;
+const MIN: f64 = 12.0;
 /// Smallest number of additional pairs for each entry of a row.
-const LEAST_EACH: f64 = 4.0;
+const MIN_EACH: f64 = 4.0;
 /// Fraction of the pairs that [`fit`] ignores.
 const TRIMMED: f64 = 0.2;
 /// Smallest independent spread of a component, as a fraction of the spread of all components. An error in one of two
@@ -142,7 +142,7 @@ const MOVES: f64 = 3.0;
 /// Smallest fraction of the moving pairs that follow the fit.
 const FOLLOWED: f64 = 0.5;
 /// Smallest number of moving pairs.
-const LEAST_MOVING: usize = 3;
+const MIN_MOVING: usize = 3;
 
 /// Fit that most of the moving pairs `(x, y)` follow, each with one vote. The fifth of the pairs with the largest
 /// residuals is ignored. So a receiver that jumps or freezes for a minute does not look like a wrong unit. `explained`
@@ -165,7 +165,7 @@ pub(super) fn fit<const D: usize>(pairs: &[([f64; D], [f64; D])], least: f64) ->
     let moving = judged.iter().filter(|judged| judged.moves);
     let [count, follow] = moving
         .fold([0; 2], |[count, follow], judged| [count + 1, follow + usize::from(judged.follows)]);
-    if count < LEAST_MOVING || (follow as f64) < FOLLOWED * count as f64 {
+    if count < MIN_MOVING || (follow as f64) < FOLLOWED * count as f64 {
         fit.explained = [0.0; D];
     }
     Some(fit)

@@ -12,9 +12,9 @@ use hovernav_dataset::statistics::quantile;
 /// Length of the parts, s, within which positions are compared: the first third with the last.
 const PART_S: f64 = 10.0;
 /// Smallest number of moving parts that proves zeros false; the jumps of a standing receiver reach fewer.
-const LEAST_MOVING: usize = 3;
+const MIN_MOVING: usize = 3;
 /// Smallest distance within a part, m, horizontal and vertical.
-const LEAST_M: [f64; 2] = [4.0, 6.0];
+const MIN_M: [f64; 2] = [4.0, 6.0];
 /// Smallest distance within a part, in stated one-sigmas; the larger limit applies.
 const SIGMAS: f64 = 3.0;
 /// Largest distance of the fixes from a motion at constant velocity, relative to the distance moved.
@@ -37,14 +37,14 @@ impl Unmeasured {
         let mut zeros = vec![[false; 2]; fixes.len()];
         let mut moved_m = [0.0_f64; 2];
         for run in runs(fixes, level) {
-            if let Some(far_m) = moved(&fixes[run.clone()], [0, 1], LEAST_M[0]) {
+            if let Some(far_m) = moved(&fixes[run.clone()], [0, 1], MIN_M[0]) {
                 moved_m[0] = moved_m[0].max(far_m);
                 // A measured velocity has noise, so a vertical velocity of exactly zero is unmeasured too.
                 run.for_each(|index| zeros[index] = [true, down(&fixes[index])]);
             }
         }
         for run in runs(fixes, |fix| down(fix) && !fix.two_dimensional) {
-            if let Some(far_m) = moved(&fixes[run.clone()], [2], LEAST_M[1]) {
+            if let Some(far_m) = moved(&fixes[run.clone()], [2], MIN_M[1]) {
                 moved_m[1] = moved_m[1].max(far_m);
                 run.for_each(|index| zeros[index] = [level(&fixes[index]), true]);
             }
@@ -117,7 +117,7 @@ fn runs(fixes: &[Fix], zero: impl Fn(&Fix) -> bool) -> Vec<Range<usize>> {
     chunks.filter(|run| zero(&fixes[run.start])).collect()
 }
 
-/// Largest distance of `run` from its first fix along `axes`, m; `None` if fewer than `LEAST_MOVING` parts of `PART_S`
+/// Largest distance of `run` from its first fix along `axes`, m; `None` if fewer than `MIN_MOVING` parts of `PART_S`
 /// move.
 fn moved<const D: usize>(run: &[Fix], axes: [usize; D], least_m: f64) -> Option<f64> {
     let first = run.first()?;
@@ -142,7 +142,7 @@ fn moved<const D: usize>(run: &[Fix], axes: [usize; D], least_m: f64) -> Option<
             moving += 1;
         }
     }
-    (moving >= LEAST_MOVING).then_some(far_m)
+    (moving >= MIN_MOVING).then_some(far_m)
 }
 
 /// Median positions in the first and the last third of a part, m. Also the median distance, m, of the part's fixes from

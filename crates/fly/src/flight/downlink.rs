@@ -67,15 +67,15 @@ struct Packed {
 impl Packed {
     /// An encoder for a line with a capacity of `budget` bytes per second.
     fn new(budget: Option<f64>, now: Time) -> Self {
-        let [most_s, least_s] = SUPPLEMENT_S;
-        let interval_s = budget.map_or(least_s, |budget| {
+        let [max_s, min_s] = SUPPLEMENT_S;
+        let interval_s = budget.map_or(min_s, |budget| {
             let left = budget - SNAPSHOTS_HZ * frame::LENGTH as f64;
-            if left > 0.0 { frame::SUPPLEMENT_LENGTH as f64 / left } else { most_s }
+            if left > 0.0 { frame::SUPPLEMENT_LENGTH as f64 / left } else { max_s }
         });
         Self {
             flow: Flow::default(),
             sequence: 0,
-            interval_s: interval_s.clamp(least_s, most_s),
+            interval_s: interval_s.clamp(min_s, max_s),
             reported: None,
             texts: VecDeque::new(),
             presence: budget.is_none().then_some(now),

@@ -11,7 +11,7 @@ use hovernav::time::Time;
 /// Time after which an unresolved name or a failed socket is tried again, s.
 const RETRY_S: f64 = 1.0;
 /// Shortest timeout of a socket read: a timeout of zero is not allowed.
-const LEAST_WAIT: Duration = Duration::from_millis(1);
+const MIN_WAIT: Duration = Duration::from_millis(1);
 
 /// The line to the ground.
 pub enum GroundLine {
@@ -134,7 +134,7 @@ impl Udp {
             self.clock.sleep_until(deadline);
             return 0;
         };
-        let wait = self.clock.until(deadline).max(LEAST_WAIT);
+        let wait = self.clock.until(deadline).max(MIN_WAIT);
         let read = socket.set_read_timeout(Some(wait)).and_then(|()| socket.recv(buffer));
         read.unwrap_or_else(|_| {
             // The read returns at once if no program listens at the other end. A read also does not advance an

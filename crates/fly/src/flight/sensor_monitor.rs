@@ -21,11 +21,11 @@ const AGAIN_S: f64 = 60.0;
 const CLOCK_WINDOW_S: f64 = 30.0;
 /// Smallest rate error of the flight clock that is reported. The rate errors of crystals are about a quarter of this
 /// value.
-const LEAST_RATE: f64 = 2e-4;
+const MIN_RATE: f64 = 2e-4;
 /// First bytes of a receiver's messages. On the IMU's port they show that the ports are swapped.
 const STARTS: [[u8; 3]; 4] = [*b"$GP", *b"$GN", [0xB5, 0x62, 0x01], [0x10, 0x8F, 0x20]];
 /// Number of receiver messages on the IMU's port, without an IMU packet in between, that shows swapped ports.
-const LEAST_STARTS: u32 = 3;
+const MIN_STARTS: u32 = 3;
 
 /// A report: severity, kind and text.
 pub type Report = (Level, FindingKind, ShortText);
@@ -179,24 +179,24 @@ struct ClockMonitor {
 impl ClockMonitor {
     fn fix(&mut self, arrival: Time, unix_ns: i64) -> Option<Report> {
         let delay_ns = arrival.nanoseconds().saturating_sub(unix_ns);
-        let (start, least_ns) = self.window.unwrap_or((arrival, delay_ns));
+        let (start, min_ns) = self.window.unwrap_or((arrival, delay_ns));
         if arrival - start < CLOCK_WINDOW_S {
-            self.window = Some((start, least_ns.min(delay_ns)));
+            self.window = Some((start, min_ns.min(delay_ns)));
             return None;
         }
         self.window = Some((arrival, delay_ns));
         let Some((first, first_ns)) = self.first else {
-            self.first = Some((start, least_ns));
+            self.first = Some((start, min_ns));
             return None;
         };
-        let drifted_s = least_ns.saturating_sub(first_ns) as f64 * 1e-9;
+        let drifted_s = min_ns.saturating_sub(first_ns) as f64 * 1e-9;
         let rate = drifted_s / (start - first);
         // A jump of the receiver's UTC, by leap seconds or at its first fix, is not a drift.
         if drifted_s.abs() > 1.0 && self.drifted.reported.is_none() {
-            self.first = Some((start, least_ns));
+            self.first = Some((start, min_ns));
             return None;
         }
-        let size = (drifted_s.abs() / DRIFTED_S).min(rate.abs() / LEAST_RATE);
+        let size = (drifted_s.abs() / DRIFTED_S).min(rate.abs() / MIN_RATE);
         self.drifted.update(size, arrival)?.then(|| {
             let side = if rate > 0.0 { "fast" } else { "slow" };
             let text = format_args!(
@@ -223,7 +223,7 @@ impl LineMonitor {
             self.last = [self.last[1], self.last[2], *byte];
             self.starts = self.starts.saturating_add(u32::from(STARTS.contains(&self.last)));
         }
-        before < LEAST_STARTS && self.starts >= LEAST_STARTS
+        before < MIN_STARTS && self.starts >= MIN_STARTS
     }
 }
 

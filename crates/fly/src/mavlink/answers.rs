@@ -20,7 +20,7 @@ use hovernav_record::Level;
 /// The modes of the vehicle. A ground station cannot select one.
 const MODES: [SystemMode; 6] = SystemMode::ALL;
 /// Largest number of answers in the queue; further requests are ignored until there is room.
-const MOST_WAITING: usize = 64;
+const MAX_WAITING: usize = 64;
 /// Longest incomplete frame, bytes.
 const LONGEST: usize = 280;
 /// Length of a parameter's name, bytes.
@@ -61,7 +61,7 @@ impl Mavlink {
 
     /// Queues the bytes that `say` appends.
     fn reply(&mut self, say: impl FnOnce(&mut Self, &mut Vec<u8>)) {
-        if self.requests.answers.len() < MOST_WAITING {
+        if self.requests.answers.len() < MAX_WAITING {
             let mut bytes = Vec::new();
             say(self, &mut bytes);
             self.requests.answers.push_back(bytes);

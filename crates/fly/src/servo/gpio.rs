@@ -10,7 +10,7 @@ use hovernav::servo::{EdgeTimer, Paired, PilotPulses, PulseCapture};
 use hovernav::time::Time;
 
 /// Largest number of edges per call: six channels make 18 to 24 in a cycle of 30 ms.
-const MOST_EDGES: usize = 128;
+const MAX_EDGES: usize = 128;
 /// Size of the kernel's edge buffer.
 const KERNEL_EDGES: u32 = 512;
 /// Increase of the clock offset, ns, that indicates a step of the flight clock.
@@ -94,11 +94,11 @@ impl GpioCapture {
                 lines: numbers.clone(),
                 source,
             })?;
-        let raw = vec![0; MOST_EDGES * request.edge_event_u64_size()];
+        let raw = vec![0; MAX_EDGES * request.edge_event_u64_size()];
         Ok(Self { chip: chip.to_path_buf(), request, raw, edges: Edges::new(*lines, aux) })
     }
 
-    /// Reads up to [`MOST_EDGES`] pending edges.
+    /// Reads up to [`MAX_EDGES`] pending edges.
     fn read(&mut self, now: Time) -> Result<(), gpiocdev::Error> {
         if !self.request.has_edge_event()? {
             return Ok(());
@@ -175,9 +175,7 @@ impl Edges {
         let kernel_ns = i64::try_from(kernel_ns).unwrap_or(i64::MAX);
         let seen_ns = now.nanoseconds().saturating_sub(kernel_ns);
         let offset_ns = match self.offset_ns {
-            Some(least_ns) if seen_ns < least_ns.saturating_add(CLOCK_STEP_NS) => {
-                least_ns.min(seen_ns)
-            }
+            Some(min_ns) if seen_ns < min_ns.saturating_add(CLOCK_STEP_NS) => min_ns.min(seen_ns),
             _ => seen_ns,
         };
         self.offset_ns = Some(offset_ns);

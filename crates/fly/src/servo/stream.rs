@@ -8,7 +8,7 @@ use hovernav::time::Time;
 
 /// Largest number of bytes per call. It exceeds one second of packets at 50 Hz, so the loop catches up after a
 /// stall. Continuous noise on the line cannot block the loop.
-const MOST_BYTES: usize = 1_024;
+const MAX_BYTES: usize = 1_024;
 
 /// Reads the packets of `docs/servo-packet.md` from `R`.
 ///
@@ -39,7 +39,7 @@ impl<R: Read> PulseCapture for StreamCapture<R> {
     fn poll(&mut self, now: Time) -> Result<&PilotPulses, io::Error> {
         let mut bytes = [0; 256];
         let mut total = 0;
-        while total < MOST_BYTES {
+        while total < MAX_BYTES {
             match self.source.read(&mut bytes) {
                 Ok(0) => break,
                 Ok(count) => {
@@ -114,6 +114,6 @@ mod tests {
     fn continuous_noise_does_not_block_the_loop() {
         let mut capture = StreamCapture::new(io::repeat(0x55));
         capture.poll(Time::ZERO).unwrap();
-        assert_eq!(capture.counts().bytes, MOST_BYTES as u64);
+        assert_eq!(capture.counts().bytes, MAX_BYTES as u64);
     }
 }

@@ -44,7 +44,7 @@ struct Survey {
 /// Prefixes of the parameters that are read.
 const PARAMETERS: [&str; 6] = ["GPS", "INS_POS", "RC", "AHRS_ORIENT", "RNGFND", "FRAME_"];
 /// Largest number of parameters that are kept.
-const MOST_PARAMETERS: usize = 10_000;
+const MAX_PARAMETERS: usize = 10_000;
 /// Reads a DataFlash log, binary or text as in `format`.
 ///
 /// # Errors
@@ -104,7 +104,7 @@ impl Survey {
             }
             Item::Parameter { name, value } => {
                 let is_read = PARAMETERS.iter().any(|wanted| name.starts_with(wanted));
-                if is_read && self.parameters.len() < MOST_PARAMETERS {
+                if is_read && self.parameters.len() < MAX_PARAMETERS {
                     self.parameters.insert(name.to_owned(), value);
                 }
             }

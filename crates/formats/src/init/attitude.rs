@@ -42,7 +42,7 @@ impl Reader<'_> {
             return None;
         }
         let [least, most] = [0.01, 0.99].map(|part| self.norm_quantile(columns, part));
-        if most.is_nan() || most > MOST_SPREAD * least {
+        if most.is_nan() || most > MAX_SPREAD * least {
             checks.push(format!(
                 "attitude of {}: the length of the quaternion changes from {least:.3} to {most:.3}, \
                  expected a constant: ignored",
@@ -90,7 +90,7 @@ impl Reader<'_> {
 }
 
 /// Largest ratio of two lengths of a quaternion.
-const MOST_SPREAD: f64 = 1.5;
+const MAX_SPREAD: f64 = 1.5;
 
 /// Puts the scalar of a quaternion with numbered columns first, if the specific force of another file shows that it is
 /// last. Returns whether it is.

@@ -291,7 +291,7 @@ impl Reader<'_> {
     /// power of two that is nearest to gravity. `norm` is the median norm.
     fn counts_per_g(&self, columns: [usize; 3], norm: f64) -> Option<(f64, &'static str)> {
         /// Smallest power of two that is not confused with 1000 mg.
-        const LEAST: f64 = 2048.0;
+        const MIN: f64 = 2048.0;
         /// Largest ratio of the norm to the power of two, or its inverse.
         const NEAR: f64 = 1.2;
         let is_bare =
@@ -305,7 +305,7 @@ impl Reader<'_> {
             return Some((counts, "acc_1G of the file"));
         }
         let power = 2f64.powf(norm.log2().round());
-        (power >= LEAST && near(power)).then_some((power, "the size of gravity"))
+        (power >= MIN && near(power)).then_some((power, "the size of gravity"))
     }
 
     /// The columns of gravity alone, as phones compute it, in m/s² unless the values have the size of g.

@@ -7,7 +7,7 @@ use super::travel::StatedUnits;
 use crate::text::{CourseUnit, GpsColumns, HeightAbove, LengthUnit, PlaceUnit, SpeedUnit};
 
 /// A full turn, rad, plus a margin for rounding.
-const TURN_RAD_MOST: f64 = std::f64::consts::TAU + 1e-3;
+const TURN_RAD_MAX: f64 = std::f64::consts::TAU + 1e-3;
 
 /// Form in which a receiver writes numbers without units. `Scaled` means degrees × 10⁷ and whole numbers.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -100,17 +100,17 @@ impl Reader<'_> {
 
     fn height_unit(&self, height: usize, written: Written, checks: &mut Vec<String>) -> LengthUnit {
         /// Smallest value of a height in mm: one metre above the ellipsoid.
-        const LEAST_MM: f64 = 1e3;
+        const MIN_MM: f64 = 1e3;
         /// Largest height of a vehicle with a receiver, m; larger values are in mm.
-        const MOST_M: f64 = 2e4;
+        const MAX_M: f64 = 2e4;
         let largest = self.look.largest(height);
         match self.known.unit(height) {
             Some("ft") => LengthUnit::Feet,
             Some("mm") => LengthUnit::Millimetres,
             Some("cm") => LengthUnit::Centimetres,
             Some("m") => LengthUnit::Metres,
-            _ if largest > MOST_M => LengthUnit::Millimetres,
-            _ if written == Written::Scaled && self.look.is_whole(height) && largest > LEAST_MM => {
+            _ if largest > MAX_M => LengthUnit::Millimetres,
+            _ if written == Written::Scaled && self.look.is_whole(height) && largest > MIN_MM => {
                 checks.push(format!(
                     "gps: the height in {} is read as mm, the unit that receivers use together \
                      with degrees × 10⁷",
@@ -221,7 +221,7 @@ impl Reader<'_> {
             Some("rad") => CourseUnit::Radians,
             Some("cdeg") => CourseUnit::Centidegrees,
             Some("deg1e5") => CourseUnit::ScaledDegrees,
-            _ if largest <= TURN_RAD_MOST && !self.look.is_whole(column) => CourseUnit::Radians,
+            _ if largest <= TURN_RAD_MAX && !self.look.is_whole(column) => CourseUnit::Radians,
             _ if largest <= 360.0 => CourseUnit::Degrees,
             _ if largest <= 36_000.0 => CourseUnit::Centidegrees,
             _ if largest <= 36_000_000.0 => CourseUnit::ScaledDegrees,

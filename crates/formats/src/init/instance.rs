@@ -11,7 +11,7 @@ const LARGEST: u32 = 9;
 /// time is unknown here.
 const PART_ROWS: f64 = 50.0;
 /// Smallest latitude or longitude that is in 1e-7 degrees.
-const LEAST_SCALED: f64 = 1e4;
+const MIN_SCALED: f64 = 1e4;
 
 /// The column with the number of the sensor, `I` or `instance`, and the first sensor number that has about as many
 /// readings as any other. `None` for a file with one sensor.
@@ -54,7 +54,7 @@ fn tracks(look: &Look, known: &Known, column: usize) -> Tracks<u32> {
     let mut tracks = Tracks::default();
     let Some(place) = known.all([Quantity::Latitude, Quantity::Longitude]) else { return tracks };
     let degrees = |column: usize, row: usize| {
-        let is_scaled = look.largest(column) > LEAST_SCALED;
+        let is_scaled = look.largest(column) > MIN_SCALED;
         look.columns[column][row] * if is_scaled { 1e-7 } else { 1.0 }
     };
     let velocity = known.all([0, 1].map(Quantity::Velocity));

@@ -169,26 +169,26 @@ impl Look {
     /// Whether a column counts: whole numbers that increase by 1, except where rows are missing or a counter starts again.
     pub fn counts(&self, column: usize) -> bool {
         /// Smallest fraction of the steps that are 1.
-        const MOST: f64 = 0.9;
+        const MAX: f64 = 0.9;
         let values = self.known(column);
         let (mut steps, mut ones) = (0usize, 0usize);
         for (before, after) in values.clone().zip(values.skip(1)) {
             steps += 1;
             ones += usize::from(after - before == 1.0);
         }
-        steps > 0 && ones as f64 > MOST * steps as f64 && self.is_whole(column)
+        steps > 0 && ones as f64 > MAX * steps as f64 && self.is_whole(column)
     }
 
     /// Whether the steps of a column are alike, as those of a time are.
     pub fn is_even(&self, column: usize) -> bool {
         /// Smallest fraction of the steps within half of the median step from it.
-        const MOST: f64 = 0.9;
+        const MAX: f64 = 0.9;
         let median = self.median_step(column);
         let values = self.known(column);
         let steps = values.clone().zip(values.skip(1)).map(|(before, after)| after - before);
         let count = steps.clone().count();
         let alike = steps.filter(|step| (step - median).abs() <= 0.5 * median).count();
-        count > 1 && alike as f64 > MOST * count as f64
+        count > 1 && alike as f64 > MAX * count as f64
     }
 
     /// Whether a column increases like a time that repeats on several rows, or whose rows are slightly out of
@@ -197,12 +197,12 @@ impl Look {
         /// Largest displacement of a row out of order, rows.
         const APART: usize = 8;
         /// Smallest number of rows with a value above all values before.
-        const LEAST_TIMES: usize = 10;
+        const MIN_TIMES: usize = 10;
         let values: Vec<f64> = self.known(column).collect();
         let falls = values.windows(APART + 1).filter(|window| window[APART] < window[0]).count();
         let rises =
             values.iter().zip(highest_before(&values)).filter(|(value, highest)| *value > highest);
-        rises.count() >= LEAST_TIMES && 20 * falls < values.len()
+        rises.count() >= MIN_TIMES && 20 * falls < values.len()
     }
 
     /// The step from row to row: the median for a column that [rises](Self::rises), the mean for one that only

@@ -204,7 +204,7 @@ fn judge_velocity(mapping: &mut Mapping, dataset: &Dataset, checks: &mut Vec<Str
     }
     let file = table.file.display();
     let is_other =
-        travel::travel(&dataset.fixes).is_some_and(|travel| travel.cosine < travel::LEAST_COSINE);
+        travel::travel(&dataset.fixes).is_some_and(|travel| travel.cosine < travel::MIN_COSINE);
     checks.push(match is_other {
         true => format!("the velocity of {file} is ignored: the positions do not move along it"),
         false => format!(

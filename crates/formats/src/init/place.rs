@@ -5,11 +5,11 @@ use super::quantity::Quantity;
 use crate::text::PlaceUnit;
 
 /// The largest possible latitude and longitude, rad, plus a margin for rounding.
-const RADIANS_MOST: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::consts::PI + 1e-3];
+const RADIANS_MAX: [f64; 2] = [std::f64::consts::FRAC_PI_2 + 1e-3, std::f64::consts::PI + 1e-3];
 
 /// Smallest coordinate in degrees × 10⁷. Smaller numbers would lie in the Gulf of Guinea, within about a kilometre of
 /// 0° N 0° E.
-const LEAST_SCALED: f64 = 1e5;
+const MIN_SCALED: f64 = 1e5;
 
 /// The columns of latitude and longitude.
 pub(super) struct Place {
@@ -55,7 +55,7 @@ impl Reader<'_> {
                 }
                 PlaceUnit::DegreesMinutes
             }
-            _ if lat_most.max(lon_most) > LEAST_SCALED
+            _ if lat_most.max(lon_most) > MIN_SCALED
                 && self.look.is_whole(lat)
                 && self.look.is_whole(lon) =>
             {
@@ -72,7 +72,7 @@ impl Reader<'_> {
             }
             Some("rad") => PlaceUnit::Radians,
             Some("deg") => PlaceUnit::Degrees,
-            _ if !is_lettered && lat_most < RADIANS_MOST[0] && lon_most < RADIANS_MOST[1] => {
+            _ if !is_lettered && lat_most < RADIANS_MAX[0] && lon_most < RADIANS_MAX[1] => {
                 checks.push(
                     "gps: latitude and longitude are read as radians; as degrees they would lie in \
                      the Gulf of Guinea"

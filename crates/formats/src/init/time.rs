@@ -105,12 +105,12 @@ impl Reader<'_> {
     /// The reason why no column is a time.
     pub(super) fn missing_time(&self) -> String {
         /// Smallest epoch that single precision rounds to many seconds.
-        const LEAST_S: f64 = 1e9;
+        const MIN_S: f64 = 1e9;
         let names = &self.look.layout.names;
         let is_rounded = |column: &usize| {
             let mut values = self.look.known(*column).peekable();
             values.peek().is_some()
-                && values.all(|value| value > LEAST_S && f64::from(value as f32) == value)
+                && values.all(|value| value > MIN_S && f64::from(value as f32) == value)
         };
         let mut times = (0..names.len()).filter(|&column| self.is(column, Quantity::Time));
         match times.find(is_rounded) {
@@ -227,10 +227,10 @@ impl Reader<'_> {
         let times = self.known.meanings.iter().flatten();
         let is_only = times.filter(|meaning| meaning.quantity == Quantity::Time).count() < 2;
         let is_of_week = is_only || ["tow", "week", "sow"].iter().any(|part| name.contains(part));
-        let most_s = self.look.largest(time) * unit.seconds();
+        let max_s = self.look.largest(time) * unit.seconds();
         if unit.is_of_day()
             || !is_of_week
-            || most_s > WEEK_S as f64 + 1.0
+            || max_s > WEEK_S as f64 + 1.0
             || !self.look.is_whole(week)
         {
             return None;

@@ -8,7 +8,7 @@ use hovernav_dataset::Dataset;
 /// turn.
 const WINDOW_S: f64 = 0.5;
 /// Smallest correlation that counts as evidence.
-const LEAST_CORRELATION: f64 = 0.4;
+const MIN_CORRELATION: f64 = 0.4;
 
 /// Rotation within one window.
 pub(crate) struct Step {
@@ -72,7 +72,7 @@ pub(crate) fn attitude_signs(steps: &[Step]) -> Option<[f64; 3]> {
             let pairs = steps
                 .iter()
                 .filter_map(|step| Some((step.turned_rad[axis], step.attitude_rad?[axis])));
-            if correlation(pairs) < -LEAST_CORRELATION { -1.0 } else { 1.0 }
+            if correlation(pairs) < -MIN_CORRELATION { -1.0 } else { 1.0 }
         })
     })
 }

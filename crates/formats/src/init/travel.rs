@@ -14,12 +14,12 @@ const SPEED_TOLERANCE: f64 = 1.1;
 /// [`SPEED_TOLERANCE`] for directions that disagree because the positions scatter.
 const SPEED_TOLERANCE_SCATTERED: f64 = 1.5;
 /// Cosine of the angle between velocity and displacement below which they are inconsistent.
-pub(super) const LEAST_COSINE: f64 = 0.7;
+pub(super) const MIN_COSINE: f64 = 0.7;
 /// Cosine above which velocity and displacement determine a unit. It is lower if the positions scatter by half the
 /// vehicle's movement.
 pub(super) const DECISIVE_COSINE: f64 = 0.9;
 /// Number of legs needed for a conclusion.
-const LEAST_LEGS: usize = 5;
+const MIN_LEGS: usize = 5;
 
 const SPEED_UNITS: [SpeedUnit; 7] = [
     SpeedUnit::MetresPerSecond,
@@ -65,7 +65,7 @@ pub(super) fn travel(fixes: &[Fix]) -> Option<Travel> {
     let legs = legs(fixes);
     let cosine = median(legs.iter().map(Leg::cosine).collect());
     // In a bend the path is longer than the chord; the integrated velocity vector is not.
-    let ratio = |leg: &Leg| match cosine > LEAST_COSINE {
+    let ratio = |leg: &Leg| match cosine > MIN_COSINE {
         true => norm(leg.moved_m) / norm(leg.velocity_m),
         false => norm(leg.moved_m) / leg.path_m,
     };
@@ -74,12 +74,12 @@ pub(super) fn travel(fixes: &[Fix]) -> Option<Travel> {
     Some(Travel { ratio, cosine })
 }
 
-/// The median of `ratios`. `None` with fewer than [`LEAST_LEGS`] ratios, or if fewer than two thirds of them, divided
+/// The median of `ratios`. `None` with fewer than [`MIN_LEGS`] ratios, or if fewer than two thirds of them, divided
 /// by the median, are in `near`.
 fn steady(ratios: Vec<f64>, near: Range<f64>) -> Option<f64> {
     let middle = median(ratios.clone());
     let close = ratios.iter().filter(|ratio| near.contains(&(**ratio / middle))).count();
-    (ratios.len() >= LEAST_LEGS && 3 * close >= 2 * ratios.len()).then_some(middle)
+    (ratios.len() >= MIN_LEGS && 3 * close >= 2 * ratios.len()).then_some(middle)
 }
 
 /// Movement over several consecutive fixes.
@@ -198,7 +198,7 @@ pub(super) fn settle_speed(
         )),
         _ => {}
     }
-    if cosine < LEAST_COSINE {
+    if cosine < MIN_COSINE {
         let angle_deg = cosine.clamp(-1.0, 1.0).acos().to_degrees();
         checks.push(format!(
             "gps: the direction of motion differs from {columns} by a median of {angle_deg:.0}°: \
@@ -254,7 +254,7 @@ pub(super) fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
     /// Longest interval between consecutive fixes, s.
     const LONGEST_STEP_S: f64 = 2.5;
     /// Smallest change of height that counts, m; heights scatter by metres.
-    const LEAST_M: f64 = 8.0;
+    const MIN_M: f64 = 8.0;
     let (mut ratios, mut first, mut climbed_m) = (Vec::new(), 0, 0.0);
     for (at, pair) in fixes.windows(2).enumerate() {
         let interval_s = pair[1].time - pair[0].time;
@@ -266,7 +266,7 @@ pub(super) fn climb_ratio(fixes: &[Fix]) -> Option<f64> {
         climbed_m -= 0.5 * (before + after) * interval_s;
         let leg_s = pair[1].time - fixes[first].time;
         let risen_m = pair[1].position.height_m - fixes[first].position.height_m;
-        let is_climb = risen_m.abs() >= LEAST_M && leg_s >= LEG_S.start;
+        let is_climb = risen_m.abs() >= MIN_M && leg_s >= LEG_S.start;
         if is_climb {
             ratios.push(risen_m / climbed_m);
         }
@@ -282,12 +282,12 @@ pub(super) fn climbs(fixes: &[Fix]) -> bool {
     /// Number of successive fixes whose median is one height.
     const PART: usize = 10;
     /// Smallest range of the heights, in their median distance from the median of their part.
-    const LEAST: f64 = 10.0;
+    const MIN: f64 = 10.0;
     let heights: Vec<f64> = fixes.iter().map(|fix| fix.position.height_m).collect();
     let parts: Vec<f64> = heights.chunks(PART).map(|part| median(part.to_vec())).collect();
     let off = heights.iter().enumerate().map(|(at, height)| (height - parts[at / PART]).abs());
     let scatter = median(off.collect());
     let (low, high) = (parts.iter())
         .fold((f64::MAX, f64::MIN), |(low, high), height| (low.min(*height), high.max(*height)));
-    high - low > LEAST * scatter
+    high - low > MIN * scatter
 }

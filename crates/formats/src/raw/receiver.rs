@@ -54,7 +54,7 @@ impl Received {
 }
 
 /// Largest number of bytes whose checksum is computed in vain, for each byte of the stream.
-const MOST_WORK: u64 = 64;
+const MAX_WORK: u64 = 64;
 
 /// Statistics of the frames that no decoder reads.
 #[derive(Default)]
@@ -118,7 +118,7 @@ fn listen(input: Input<'_>, heard: &mut [Received; 3]) -> Result<Unread, LogErro
             return Ok(unread);
         }
         // Only bytes that are made to look like long frames exceed the limit. A frame among them may be lost.
-        let is_worthwhile = in_vain <= MOST_WORK * (offset + frames::LONGEST as u64);
+        let is_worthwhile = in_vain <= MAX_WORK * (offset + frames::LONGEST as u64);
         let length = match is_worthwhile.then(|| frames::at(bytes)).flatten() {
             Some((kind, length)) => {
                 match kind {

@@ -25,7 +25,7 @@ pub(super) struct Stamps {
     pub good: usize,
     pub stamped: usize,
     /// Smallest delay from the stamp of a message to its log time, ns.
-    pub least_delay_ns: i64,
+    pub min_delay_ns: i64,
 }
 
 impl Topic {
@@ -41,10 +41,10 @@ impl Stamps {
         self.messages += other.messages;
         self.good += other.good;
         self.stamped += other.stamped;
-        self.least_delay_ns = self.least_delay_ns.min(other.least_delay_ns);
+        self.min_delay_ns = self.min_delay_ns.min(other.min_delay_ns);
     }
 
-    pub const NONE: Self = Self { messages: 0, good: 0, stamped: 0, least_delay_ns: i64::MAX };
+    pub const NONE: Self = Self { messages: 0, good: 0, stamped: 0, min_delay_ns: i64::MAX };
 
     /// Counts a message with its log time in `sent` and its stamp in `header`.
     pub fn count(&mut self, sent: &MessageHeader, header: Option<&Header<'_>>, is_good: bool) {
@@ -55,7 +55,7 @@ impl Stamps {
             self.stamped += 1;
             let logged_ns = i64::try_from(sent.log_time).unwrap_or(i64::MAX);
             let delay_ns = logged_ns.saturating_sub(stamp_ns);
-            self.least_delay_ns = self.least_delay_ns.min(delay_ns);
+            self.min_delay_ns = self.min_delay_ns.min(delay_ns);
         }
     }
 }

@@ -141,7 +141,7 @@ fn velocity_of(
 /// Whether all topics have time stamps from clocks that agree within 0.5 s.
 fn stamps_agree(topics: &[Topic]) -> bool {
     const ALIKE_NS: i64 = 500_000_000;
-    let delays = || topics.iter().map(|topic| topic.stamps.least_delay_ns);
+    let delays = || topics.iter().map(|topic| topic.stamps.min_delay_ns);
     topics.iter().all(|topic| 10 * topic.stamps.stamped > 9 * topic.stamps.messages)
         && delays().max().zip(delays().min()).is_some_and(|(most, least)| {
             most.checked_sub(least).is_some_and(|spread| spread <= ALIKE_NS)

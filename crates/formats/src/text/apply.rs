@@ -14,7 +14,7 @@ use hovernav::imu::ImuSample;
 use hovernav_dataset::{Dataset, LogError, Manifest, Remarks, Trajectory};
 
 /// Largest number of rows in a file: 2.8 h at 1 kHz.
-const MOST_ROWS: u64 = 10_000_000;
+const MAX_ROWS: u64 = 10_000_000;
 
 /// Reads the files of `mapping`, which is in `directory`, into a dataset with `manifest`.
 ///
@@ -90,9 +90,9 @@ fn read_table(
     let (mut first_fault, mut first_word) = (None, None);
     while let Some(fields) = source.next()? {
         rows += 1;
-        if rows > MOST_ROWS {
+        if rows > MAX_ROWS {
             let reason =
-                format!("found more than {MOST_ROWS} rows, expected one flight: split the file");
+                format!("found more than {MAX_ROWS} rows, expected one flight: split the file");
             return Err(LogError::Unusable { path, reason });
         }
         if let Err(fault) = read_row(&fields, &mut columns, gathered, &mut remarks) {

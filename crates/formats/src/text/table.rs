@@ -15,7 +15,7 @@ use hovernav_dataset::{
 };
 
 /// Valid GPS weeks; an i64 of nanoseconds since 1970 cannot represent much later ones.
-const MOST_WEEKS: std::ops::RangeInclusive<f64> = 0.0..=10_000.0;
+const MAX_WEEKS: std::ops::RangeInclusive<f64> = 0.0..=10_000.0;
 /// Largest magnitude of a valid height, m.
 const GREATEST_HEIGHT_M: f64 = 1e5;
 
@@ -138,7 +138,7 @@ impl TableColumns {
         }
         if let Some(column) = self.week {
             const WEEK_NS: i64 = WEEK_S * 1_000_000_000;
-            let week = fields.known(Some(column))?.filter(|week| MOST_WEEKS.contains(week));
+            let week = fields.known(Some(column))?.filter(|week| MAX_WEEKS.contains(week));
             let Some(week) = week else { return Ok(None) };
             time = later(time, week as i64 * WEEK_NS);
         }

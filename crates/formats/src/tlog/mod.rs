@@ -35,7 +35,7 @@ struct Survey {
 }
 
 /// Largest number of pairs of sender and message that are counted; a vehicle has dozens.
-const MOST_SENDERS: usize = 4096;
+const MAX_SENDERS: usize = 4096;
 
 /// Reads a telemetry log.
 ///
@@ -101,7 +101,7 @@ fn remark_damages(damages: &Damages, to: &mut Assembly) {
 impl Survey {
     fn take(&mut self, frame: &Frame) {
         let key = (frame.sender, frame.message);
-        if self.counts.len() < MOST_SENDERS || self.counts.contains_key(&key) {
+        if self.counts.len() < MAX_SENDERS || self.counts.contains_key(&key) {
             self.counts.entry(key).or_default().count(frame.is_good(), &[]);
             if matches!(frame.message, Message::GpsRaw | Message::Gps2Raw) {
                 let [time_s, lat, lon, _, speed_mps, ..] = frame.row;

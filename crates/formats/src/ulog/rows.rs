@@ -88,7 +88,7 @@ pub(super) fn place_deg(row: &[f64]) -> [f64; 2] {
 /// PX4's relative time of missing values, µs; some logs have its negative.
 const UNKNOWN_RELATIVE_US: f64 = i32::MAX as f64;
 /// Smallest value that is in Pa; smaller ones are in hPa, as in older PX4 logs.
-const LEAST_PA: f64 = 2_000.0;
+const MIN_PA: f64 = 2_000.0;
 
 /// PX4's orientation of a downward sensor.
 const DOWNWARD: f64 = 25.0;
@@ -112,7 +112,7 @@ impl Rows {
                     let height_m = if topic == Topic::AirData {
                         value
                     } else {
-                        let pressure_pa = if value < LEAST_PA { 100.0 * value } else { value };
+                        let pressure_pa = if value < MIN_PA { 100.0 * value } else { value };
                         pressure_altitude_m(pressure_pa).unwrap_or(f64::NAN)
                     };
                     to.baro(place, time, height_m);

@@ -24,7 +24,7 @@ const LONGEST_S: u64 = 20;
 const LARGEST_ERROR_M: f64 = 50.0;
 const LARGEST_SIGMA_M: f64 = 10.0;
 /// Largest memory of all readers, kB.
-const MOST_MEMORY_KB: u64 = 500_000;
+const MAX_MEMORY_KB: u64 = 500_000;
 
 /// Outcome of a damaged file.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -171,7 +171,7 @@ fn twenty_thousand_damaged_files_give_no_panic_no_hang_and_no_silent_wrong_posit
     }
     println!("peak memory: {:?} kB", peak_kb());
     assert!(wrong.is_empty(), "{} silent wrong positions: {wrong:#?}", wrong.len());
-    assert!(peak_kb().is_none_or(|peak_kb| peak_kb < MOST_MEMORY_KB), "{:?}", peak_kb());
+    assert!(peak_kb().is_none_or(|peak_kb| peak_kb < MAX_MEMORY_KB), "{:?}", peak_kb());
 }
 
 #[test]

@@ -15,7 +15,7 @@ const OVER_LINES: u64 = 60;
 /// The daily sample is the first quarter of both.
 const SAMPLED: u64 = 4;
 /// Smallest probability, for each quantity, that a difference is due to chance: 1 % over all five quantities.
-const LEAST_PROBABILITY: f64 = 0.01 / MEASURES.len() as f64;
+const MIN_PROBABILITY: f64 = 0.01 / MEASURES.len() as f64;
 
 const MEASURES: [&str; 5] =
     ["u, m/s RMS", "v, m/s RMS", "w, m/s RMS", "heading, worst, deg", "heading error, deg RMS"];
@@ -139,7 +139,7 @@ fn flights_over_the_lines_have_the_percentiles_of_a_campaign() {
             at(&one),
             at(&other)
         );
-        if probability < LEAST_PROBABILITY {
+        if probability < MIN_PROBABILITY {
             apart.push(name);
         }
     }

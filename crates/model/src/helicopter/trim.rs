@@ -21,7 +21,7 @@ pub struct Trim {
 type Unknowns = SVector<f64, 10>;
 
 /// Largest number of iterations, of Newton's method and of the rigging.
-const MOST_STEPS: usize = 50;
+const MAX_STEPS: usize = 50;
 /// Norm of the derivatives below which a flight counts as steady, m/s² and rad/s².
 const STEADY: f64 = 1e-10;
 
@@ -49,7 +49,7 @@ impl Helicopter {
             stuck_tail_rad: None,
         };
         // The sticks of each trim are added to the rigging until they are zero.
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let (trim, sticks) = helicopter.steady(Vector::ZERO, Vector::ZERO, 0.0)?;
             helicopter.hover = trim;
             let [lateral, longitudinal, collective, pedal] = sticks;
@@ -125,7 +125,7 @@ impl Helicopter {
     ) -> Result<(HelicopterState, [f64; 4]), HelicopterError> {
         let mut unknowns = Unknowns::zeros();
         let mut residual = f64::INFINITY;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             let mut jacobian = SMatrix::<f64, 10, 10>::zeros();
             let mut remaining = Unknowns::zeros();
             for column in 0..10 {

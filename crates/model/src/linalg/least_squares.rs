@@ -30,9 +30,9 @@ fn condensed(a: DMatrix<f64>, b: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) 
     /// Number of rows rotated at a time, per column. Larger blocks are not faster.
     const BLOCK: usize = 16;
     /// Smallest number of rows rotated at a time.
-    const LEAST: usize = 512;
+    const MIN: usize = 512;
     let (unknowns, sides) = (a.ncols(), b.ncols());
-    let block = LEAST.max(BLOCK * (unknowns + sides));
+    let block = MIN.max(BLOCK * (unknowns + sides));
     if a.nrows() <= 2 * block {
         return (a, b.clone());
     }

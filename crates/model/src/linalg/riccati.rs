@@ -22,9 +22,9 @@ pub fn dare_by_doubling(
     tolerance: f64,
 ) -> Option<DMatrix<f64>> {
     /// Largest number of doublings.
-    const MOST_STEPS: usize = 60;
+    const MAX_STEPS: usize = 60;
     let identity = DMatrix::identity(a.nrows(), a.nrows());
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let inverse = (&identity + &g * &h).try_inverse()?;
         let a_inverse = &a * &inverse;
         let added = a.transpose() * &h * &inverse * &a;

@@ -13,7 +13,7 @@ pub struct Stein {
 }
 
 /// Largest number of squarings of F: enough for a spectral radius of 1 − 1e-8.
-const MOST_SQUARINGS: usize = 30;
+const MAX_SQUARINGS: usize = 30;
 /// Magnitude of a power of F below which it is negligible. Powers enter squared, so its contribution is below rounding.
 const NEGLIGIBLE: f64 = 1e-9;
 
@@ -22,7 +22,7 @@ impl Stein {
     #[must_use]
     pub fn new(f: &DMatrix<f64>) -> Option<Self> {
         let mut powers = vec![f.clone()];
-        while powers.len() < MOST_SQUARINGS {
+        while powers.len() < MAX_SQUARINGS {
             let last = &powers[powers.len() - 1];
             let next = last * last;
             let size = next.amax();

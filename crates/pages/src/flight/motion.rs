@@ -37,11 +37,11 @@ impl Clock {
 
     /// The warnings as spans on the page: the most harmful ones, up to a readable number.
     fn marks(self, flight: &FlightData<'_>) -> Vec<Mark> {
-        const MOST: usize = 60;
+        const MAX: usize = 60;
         let mut warnings: Vec<&Finding> =
             flight.findings.iter().filter(|finding| finding.is_warning()).collect();
         warnings.sort_by(|a, b| a.by_harm(b));
-        warnings.truncate(MOST);
+        warnings.truncate(MAX);
         warnings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         let zero_s = self.zero.seconds();
         warnings

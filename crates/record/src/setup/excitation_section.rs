@@ -159,7 +159,7 @@ impl ExcitationSection {
             .iter()
             .flat_map(|input| (0..input.times).map(|_| input.test_input()))
             .collect();
-        let (count, most) = (flown.len(), ExcitationProgramme::MOST);
+        let (count, most) = (flown.len(), ExcitationProgramme::MAX);
         if count == 0 || count > most || self.inputs.iter().any(|input| input.times == 0) {
             return Err(format!(
                 "inputs: found {count} including repetitions, expected 1 to {most}, each at least once"

@@ -58,12 +58,12 @@ pub struct Campaign {
     /// Uncertainty of the airframe.
     pub airframe: AirframeUncertainty,
     /// Steady wind, uniform from 0 to this speed from any direction, m/s.
-    pub most_wind_mps: f64,
+    pub max_wind_mps: f64,
     /// Standard deviation of the gusts relative to the wind speed; the gusts are at least
-    /// [`least_gust_mps`](Self::least_gust_mps). A quarter is typical over open ground.
+    /// [`min_gust_mps`](Self::min_gust_mps). A quarter is typical over open ground.
     pub gust_share: f64,
     /// Standard deviation of the weakest gusts, m/s.
-    pub least_gust_mps: f64,
+    pub min_gust_mps: f64,
     /// Sensor grades, with equal probability.
     pub grades: Vec<SensorGrade>,
     /// Bounds within which a flight counts as a hover at its end.
@@ -145,9 +145,9 @@ impl Campaign {
             duration_s: 60.0,
             judged_from_s: 25.0,
             airframe: AirframeUncertainty::default(),
-            most_wind_mps: 5.0,
+            max_wind_mps: 5.0,
             gust_share: 0.25,
-            least_gust_mps: 0.3,
+            min_gust_mps: 0.3,
             grades: SensorGrade::ALL.to_vec(),
             hover: HoverBounds::default(),
             outage_share: 0.25,
@@ -177,9 +177,9 @@ impl Campaign {
     pub fn draw(&self, seed: u64) -> Draw {
         let mut noise = Noise::new(seed, Stream::Campaign);
         let drawn = self.airframe.draw(&mut noise);
-        let speed = self.most_wind_mps * noise.uniform();
+        let speed = self.max_wind_mps * noise.uniform();
         let (sin, cos) = (std::f64::consts::TAU * noise.uniform()).sin_cos();
-        let gust_mps = (self.gust_share * speed).max(self.least_gust_mps);
+        let gust_mps = (self.gust_share * speed).max(self.min_gust_mps);
         let pick = (noise.uniform() * self.grades.len() as f64) as usize;
         let grade = self.grades.get(pick).copied().unwrap_or(SensorGrade::Thesis);
         let (has_outage, length, begin) = (noise.uniform(), noise.uniform(), noise.uniform());

@@ -95,7 +95,7 @@ pub struct Ablation {
 pub const ERRORS: [&str; 6] =
     ["velocity_mps", "vertical_velocity_mps", "horizontal_m", "height_m", "tilt_deg", "yaw_deg"];
 /// Differences of the [`ERRORS`], in their own units, below which a run counts as unchanged.
-const LEAST: [f64; 6] = [0.005, 0.005, 0.1, 0.1, 0.05, 0.1];
+const MIN: [f64; 6] = [0.005, 0.005, 0.1, 0.1, 0.05, 0.1];
 /// Smallest ratio of an error with a cut to the error without cut that counts as worse; the inverse of the ratio counts
 /// as better.
 const CHANGED: f64 = 1.05;
@@ -232,7 +232,7 @@ impl Effect {
         let mut largest = 1.0_f64;
         let mut words = String::new();
         for ((name, least), (before, after)) in
-            ERRORS.iter().zip(LEAST).zip(without.errors.iter().zip(row.errors))
+            ERRORS.iter().zip(MIN).zip(without.errors.iter().zip(row.errors))
         {
             let ratio = after / before;
             let counts = (after - before).abs() > least && ratio.is_finite();

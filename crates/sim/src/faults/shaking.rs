@@ -28,8 +28,8 @@ pub(super) struct Vibration {
 impl Vibration {
     /// A random change that multiplies the vibration by `factor`, for samples `period_s` apart.
     pub fn drawn(factor: f64, period_s: f64, noise: &mut Noise) -> Self {
-        let (least_s, most_s) = EARLIER_S;
-        let earlier_s = least_s + (most_s - least_s) * noise.uniform();
+        let (min_s, max_s) = EARLIER_S;
+        let earlier_s = min_s + (max_s - min_s) * noise.uniform();
         let sign = if noise.uniform() < 0.5 { -1.0 } else { 1.0 };
         let earlier = ((earlier_s / period_s) as usize).max(1);
         let half = ((0.5 * SMOOTHED_S / period_s).round() as usize).max(1);

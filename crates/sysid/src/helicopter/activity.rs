@@ -38,14 +38,14 @@ pub struct Activity {
 /// Smallest change of a moving stick within a window, as a fraction of its travel.
 const MOVED: f64 = 0.1;
 /// Shortest movement of a stick from which a model is identified, s.
-const LEAST_MOVED_S: f64 = 3.0;
+const MIN_MOVED_S: f64 = 3.0;
 /// Smallest window in which movement is searched: length, s, and number of rows.
 const WINDOW: (f64, f64) = (1.0, 3.0);
 /// Shortest and longest sample period of the spectra, s.
 const PERIOD_S: [f64; 2] = [0.01, 0.1];
 
 /// Largest number of samples of the spectra: a day at the shortest period. A longer record has a wrong clock.
-const MOST_SAMPLES: usize = 8_640_000;
+const MAX_SAMPLES: usize = 8_640_000;
 
 impl Activity {
     /// The movement of the sticks in `controls`, whose rows contain the four sticks in time order. `has_fixes` is
@@ -71,9 +71,8 @@ impl Activity {
             test_points: points.iter().filter(|point| point.stick == Some(index)).count(),
         });
         let sticks: Vec<StickActivity> = sticks.collect();
-        let is_moved = |stick: &str| {
-            sticks.iter().any(|own| own.stick == stick && own.moved_s >= LEAST_MOVED_S)
-        };
+        let is_moved =
+            |stick: &str| sticks.iter().any(|own| own.stick == stick && own.moved_s >= MIN_MOVED_S);
         let models = ModelStructure::all().filter(|model| {
             let equations = &model.equations;
             // A model of one stick needs only that stick.
@@ -113,7 +112,7 @@ fn bands(controls: &[(Time, [f64; 4])], usual_s: f64) -> Vec<Option<[f64; 2]>> {
     let [shortest_s, longest_s] = PERIOD_S;
     let period_s = usual_s.clamp(shortest_s, longest_s);
     let samples = ((last.0 - first.0) / period_s) as usize + 1;
-    if samples > MOST_SAMPLES {
+    if samples > MAX_SAMPLES {
         return Vec::new();
     }
     let mut row = 0;

@@ -15,7 +15,7 @@ const FIRST_HZ: f64 = 0.1;
 /// Number of frequencies of the spectra.
 const POINTS: usize = 300;
 /// Highest bandwidth, Hz. At higher frequencies a vehicle does not respond as a rigid body.
-const MOST_HZ: f64 = 20.0;
+const MAX_HZ: f64 = 20.0;
 /// Smallest number of samples in one period of the bandwidth frequency.
 const SAMPLES: f64 = 6.0;
 /// Longest sample period for identification, s.
@@ -45,7 +45,7 @@ pub(super) fn bandwidth_hz(record: &Experiment) -> f64 {
 /// `period_s`. `None` without power, or for a record too short for spectra.
 pub(super) fn bands_hz(mut signals: DMatrix<f64>, period_s: f64) -> Vec<Option<[f64; 2]>> {
     signals.column_iter_mut().for_each(|mut column| column.add_scalar_mut(-column.mean()));
-    let last_hz = MOST_HZ.min(0.45 / period_s);
+    let last_hz = MAX_HZ.min(0.45 / period_s);
     let settings = SpectrumSettings {
         window_s: WINDOW_S.min(signals.nrows() as f64 * period_s),
         overlap: 0.5,

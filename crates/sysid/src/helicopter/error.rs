@@ -41,7 +41,7 @@ pub enum IdentifyError {
     },
     /// No part of the flight is in the condition of the model.
     #[error(
-        "{model}: no test point, and no {least_s} s near {condition} (at most {} m/s away, tilt below 25°, constant heading)",
+        "{model}: no test point, and no {min_s} s near {condition} (at most {} m/s away, tilt below 25°, constant heading)",
         condition.within_mps
     )]
     NotFlown {
@@ -50,7 +50,7 @@ pub enum IdentifyError {
         /// The requested model.
         model: String,
         /// Shortest usable part, s.
-        least_s: f64,
+        min_s: f64,
     },
     /// A stick of the model never moves.
     #[error(

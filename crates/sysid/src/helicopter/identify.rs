@@ -20,7 +20,7 @@ use hovernav_dataset::Dataset;
 /// Windows of the simulated fits, s: long enough for a response, short enough for an unstable vehicle.
 const WINDOW_S: f64 = 5.0;
 /// Lowest frequency of a vibration tone, Hz. A lower spectral line may be a mode of the helicopter.
-const LEAST_TONE_HZ: f64 = 5.0;
+const MIN_TONE_HZ: f64 = 5.0;
 /// Signals that are refilled with noise in the band of a removed tone: integrals of accelerometer signals.
 const FILLED: [&str; 3] = ["u", "v", "w"];
 
@@ -111,7 +111,7 @@ pub fn identify(
         return Err(IdentifyError::NoFix { model: model.name().to_owned() });
     }
     let flown = FlightRecord::new(dataset, solutions, velocity)?.within(condition);
-    let least_hz = LEAST_TONE_HZ.max(bandwidth_hz(&flown.experiment));
+    let least_hz = MIN_TONE_HZ.max(bandwidth_hz(&flown.experiment));
     let tones = find_tones(&flown.experiment, least_hz);
     let record = flown.without_tones(&tones, &FILLED);
     let longest_s = match velocity {
@@ -159,8 +159,8 @@ pub fn identify(
         }
         let pieces = stretches::pieces(&record);
         if pieces.is_empty() {
-            let least_s = stretches::LEAST_S;
-            return Err(IdentifyError::NotFlown { model: name, condition, least_s });
+            let min_s = stretches::MIN_S;
+            return Err(IdentifyError::NotFlown { model: name, condition, min_s });
         }
         warnings.push(format!(
             "no test point found on {}: the parameters come from the pilot's other stick movements",

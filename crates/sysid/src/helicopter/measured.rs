@@ -30,7 +30,7 @@ const SPECTRAL_POINTS: usize = 160;
 /// Number of frequencies of the fit.
 const FIT_POINTS: usize = 32;
 /// Smallest number of coherent frequencies at which a response is fitted.
-const LEAST_POINTS: usize = 8;
+const MIN_POINTS: usize = 8;
 /// Fraction of a stick's power at neighbouring frequencies below which a frequency is not fitted.
 const GAP: f64 = 0.1;
 /// Largest uncertainty of a parameter, as a fraction of its value, with which it is identifiable from the responses.
@@ -44,7 +44,7 @@ const PRIOR: f64 = 0.9;
 /// Response of an output to a stick, as a fraction of its largest response to any stick, below which it is rounding.
 const ROUNDING: f64 = 1e-12;
 /// Relative decrease of the cost below which the search stops.
-const LEAST_DECREASE: f64 = 1e-4;
+const MIN_DECREASE: f64 = 1e-4;
 
 /// Excitation from which the responses are computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +59,7 @@ impl Basis {
     /// Smallest coherence of a frequency point to fit. For sticks it is Tischler and Remple's 0.6, because feedback is
     /// coherent too. Low coherence of injected movement means that gusts dominate, and the fit already weights such
     /// points down. In wind, steps of 1.5 s rarely reach a higher coherence.
-    const fn least_coherence(self) -> f64 {
+    const fn min_coherence(self) -> f64 {
         match self {
             Self::Sticks => 0.6,
             Self::Injected => 0.4,
@@ -203,9 +203,9 @@ impl Measured {
 
     fn settings(&self, structure: &Structure, free: &[usize]) -> ResponseFitSettings {
         ResponseFitSettings {
-            least_coherence: self.basis.least_coherence(),
-            least_points: LEAST_POINTS,
-            least_decrease: LEAST_DECREASE,
+            min_coherence: self.basis.min_coherence(),
+            min_points: MIN_POINTS,
+            min_decrease: MIN_DECREASE,
             lower: free.iter().map(|&one| structure.parameters[one].lower).collect(),
             upper: free.iter().map(|&one| structure.parameters[one].upper).collect(),
             ..ResponseFitSettings::default()

@@ -30,9 +30,9 @@ pub(super) fn again(stick: &str) -> String {
 /// Advice for as many repetitions as reduce a bound by `factor`.
 pub(super) fn repetitions(stick: &str, factor: f64) -> String {
     /// Largest factor on the number of steps; beyond it larger steps are easier than more steps.
-    const MOST: f64 = 10.0;
+    const MAX: f64 = 10.0;
     let times = (factor * factor).ceil();
-    if times.is_nan() || times > MOST {
+    if times.is_nan() || times > MAX {
         return steps(stick);
     }
     format!("Next: {times:.0} times as many doublets on {stick}, each side held 1 to 1.5 s")

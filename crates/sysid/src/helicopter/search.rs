@@ -226,11 +226,11 @@ impl Search<'_> {
     /// delay at each sample. Under feedback the neighbouring optimum is nearly as likely.
     fn hopped(&self, mut found: Identified, structure: &ModelStructure) -> Identified {
         /// Largest number of samples in each direction.
-        const MOST: usize = 3;
+        const MAX: usize = 3;
         let Some((_, delay)) = structure.own_delay() else { return found };
         let settings = self.settings(structure);
         for by_s in [-self.period_s, self.period_s] {
-            for _ in 0..MOST {
+            for _ in 0..MAX {
                 let now_s = found.estimates.get(delay).map_or(0.0, |estimate| estimate.value);
                 let start = (delay, now_s + by_s);
                 let other =

@@ -8,7 +8,7 @@ use crate::record::{Experiment, TestPoint};
 use hovernav::frames::wrap_angle;
 
 /// Shortest part of a flight that is used, s. A shorter part does not justify its own initial state and offsets.
-pub(super) const LEAST_S: f64 = 6.0;
+pub(super) const MIN_S: f64 = 6.0;
 /// Largest change of heading within which the mean wind counts as constant in body axes, rad.
 const TURNED_RAD: f64 = 0.5;
 /// Length of a piece of a flight without test points, s.
@@ -59,7 +59,7 @@ pub(super) fn pieces(record: &FlightRecord) -> Vec<TestPoint> {
 /// Ranges of samples in the flight's condition with recorded data, without the samples that `omitted` accepts.
 fn steady(record: &FlightRecord, omitted: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let experiment = &record.experiment;
-    let least = (LEAST_S / experiment.period_s) as usize;
+    let least = (MIN_S / experiment.period_s) as usize;
     let at = |sample: usize| record.start.offset_by(sample as f64 * experiment.period_s);
     let is_known = |sample: usize| record.is_whole(at(sample), at(sample + 1));
     let mut found: Vec<Range<usize>> = Vec::new();

@@ -109,7 +109,7 @@ pub(super) const BUILT_IN: [(&str, &str); 12] = [
 ];
 
 /// Largest numbers of states, parameters and starts.
-const MOST: [(&str, usize); 3] = [("states", 40), ("parameters", 200), ("starts", 16)];
+const MAX: [(&str, usize); 3] = [("states", 40), ("parameters", 200), ("starts", 16)];
 
 /// Names of the built-in structures, separated by commas.
 fn names() -> String {
@@ -214,7 +214,7 @@ impl File {
             return Err(format!("{}: expected the range of a lag within 0 to 1 s", lag.name));
         }
         let counts = [equations.states.len(), equations.parameters.len(), self.starts.len()];
-        for ((what, most), found) in MOST.iter().zip(counts) {
+        for ((what, most), found) in MAX.iter().zip(counts) {
             if found > *most {
                 return Err(format!("found {found} {what}, expected at most {most}"));
             }

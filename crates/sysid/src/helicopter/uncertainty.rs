@@ -19,7 +19,7 @@ const LAST_RADPS: f64 = 12.0;
 /// Number of frequencies at which responses are compared.
 const POINTS: usize = 30;
 /// Smallest number of frequencies in a band.
-const LEAST_POINTS: usize = 8;
+const MIN_POINTS: usize = 8;
 /// Largest cost at which model and vehicle agree: Tischler and Remple, section 11.2.
 pub(super) const COST: f64 = 100.0;
 /// Number of sigma that a normal error exceeds on one side with 10 % probability.
@@ -73,7 +73,7 @@ impl Identification {
             let from = |first: usize| {
                 spread.as_ref().and_then(|spread| spread.from(first)).unwrap_or(f64::INFINITY)
             };
-            let known_from = (0..POINTS - LEAST_POINTS).find(|&first| from(first) <= COST);
+            let known_from = (0..POINTS - MIN_POINTS).find(|&first| from(first) <= COST);
             Some(ResponseUncertainty {
                 stick,
                 output,

@@ -27,13 +27,13 @@ pub struct Limits {
     /// Largest number of linearisations.
     pub iterations: usize,
     /// The search stops where a full Gauss–Newton step predicts a smaller decrease of the cost than this.
-    pub least_decrease: f64,
+    pub min_decrease: f64,
 }
 
 impl Default for Limits {
     /// 100 iterations and a decrease of 5e-3: for a log-likelihood, a tenth of a bound.
     fn default() -> Self {
-        Self { iterations: 100, least_decrease: 5e-3 }
+        Self { iterations: 100, min_decrease: 5e-3 }
     }
 }
 
@@ -91,7 +91,7 @@ pub fn minimise(
         let promise = step(&at, &free, 0.0)
             .or_else(|| step(&at, &free, 1e-9))
             .map_or(f64::INFINITY, |step| -0.5 * at.gradient.dot(&step));
-        if promise < limits.least_decrease {
+        if promise < limits.min_decrease {
             return done(theta, at, true);
         }
         if iterations >= limits.iterations {
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn a_curved_valley_is_followed_to_its_end() {
-        let limits = Limits { least_decrease: 1e-20, ..Limits::default() };
+        let limits = Limits { min_decrease: 1e-20, ..Limits::default() };
         let found = minimise(&Valley, &[-1.2, 1.0], &FREE.map(|b| -b), &FREE, limits).unwrap();
         assert!(found.converged && found.iterations < 40, "{}", found.iterations);
         assert_abs_diff_eq!(found.theta[0], 1.0, epsilon = 1e-8);
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn a_bound_in_the_way_holds_and_is_reported() {
-        let limits = Limits { least_decrease: 1e-20, ..Limits::default() };
+        let limits = Limits { min_decrease: 1e-20, ..Limits::default() };
         let found =
             minimise(&Valley, &[-1.2, 1.0], &FREE.map(|b| -b), &[0.5, f64::INFINITY], limits)
                 .unwrap();

@@ -30,9 +30,9 @@ const TAIL_S: f64 = 5.0;
 /// Longest time between steps of one test point, s: a step held for 1.5 s, plus a margin.
 const TOGETHER_S: f64 = 2.5;
 /// Smallest change between adjacent samples that counts as a step, as a fraction of the stick's travel in the flight.
-const LEAST_STEP: f64 = 0.1;
+const MIN_STEP: f64 = 0.1;
 /// Fraction of the largest travel of all sticks below which a stick contains only noise.
-const LEAST_TRAVEL: f64 = 0.1;
+const MIN_TRAVEL: f64 = 0.1;
 /// Fraction of the rows at either end of a stick's range that count as outliers.
 const OUTLYING: f64 = 1e-3;
 /// Ratio of a stick's largest step to the largest step of all sticks above which the stick belongs to the test.
@@ -53,7 +53,7 @@ pub fn travels(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
 }
 
 /// Smallest change of each stick from one sample to the next that counts as a step.
-fn least_steps(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
+fn min_steps(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
     let travels = travels(controls);
     let largest = travels.into_iter().fold(0.0, f64::max);
     std::array::from_fn(|stick| {
@@ -61,8 +61,8 @@ fn least_steps(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
             controls.windows(2).map(|pair| (pair[1].1[stick] - pair[0].1[stick]).abs()).collect();
         changes.sort_by(f64::total_cmp);
         let usual = changes.get(changes.len() / 2).copied().unwrap_or(0.0);
-        let travel = travels[stick].max(LEAST_TRAVEL * largest);
-        (8.0 * usual).max(LEAST_STEP * travel)
+        let travel = travels[stick].max(MIN_TRAVEL * largest);
+        (8.0 * usual).max(MIN_STEP * travel)
     })
 }
 
@@ -71,7 +71,7 @@ fn least_steps(controls: &[(Time, [f64; 4])]) -> [f64; 4] {
 /// these steps do not.
 #[must_use]
 pub fn stepped(controls: &[(Time, [f64; 4])]) -> Vec<[f64; 4]> {
-    let least = least_steps(controls);
+    let least = min_steps(controls);
     let mut rows = vec![[0.0; 4]; controls.len()];
     for point in find_test_points(controls) {
         let Some(stick) = point.stick else { continue };
@@ -94,7 +94,7 @@ pub fn stepped(controls: &[(Time, [f64; 4])]) -> Vec<[f64; 4]> {
 /// of that stick; anything else is a manoeuvre, with [`TestPoint::stick`] `None`.
 #[must_use]
 pub fn find_test_points(controls: &[(Time, [f64; 4])]) -> Vec<TestPoint> {
-    let least = least_steps(controls);
+    let least = min_steps(controls);
     let mut groups: Vec<(Time, Time, [usize; 4], [f64; 4])> = Vec::new();
     for pair in controls.windows(2) {
         let time = pair[1].0;

@@ -14,9 +14,9 @@ pub type Responses = Vec<DMatrix<Complex<f64>>>;
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResponseFitSettings {
     /// Points of lower coherence are ignored.
-    pub least_coherence: f64,
+    pub min_coherence: f64,
     /// Responses with fewer coherent points are ignored.
-    pub least_points: usize,
+    pub min_points: usize,
     /// Lower bounds of the parameters; empty for no bounds.
     pub lower: Vec<f64>,
     /// Upper bounds of the parameters; empty for no bounds.
@@ -26,20 +26,20 @@ pub struct ResponseFitSettings {
     /// Largest number of linearisations.
     pub iterations: usize,
     /// The search stops where the predicted decrease of the next step is below this fraction of the initial cost.
-    pub least_decrease: f64,
+    pub min_decrease: f64,
 }
 
 impl Default for ResponseFitSettings {
     /// Points of coherence 0.6 and above, no bounds, 100 iterations.
     fn default() -> Self {
         Self {
-            least_coherence: 0.6,
-            least_points: 1,
+            min_coherence: 0.6,
+            min_points: 1,
             lower: vec![],
             upper: vec![],
             known: vec![],
             iterations: 100,
-            least_decrease: 1e-9,
+            min_decrease: 1e-9,
         }
     }
 }
@@ -110,10 +110,7 @@ pub fn fit_response(
         start,
         &or(&settings.lower, f64::NEG_INFINITY),
         &or(&settings.upper, f64::INFINITY),
-        Limits {
-            iterations: settings.iterations,
-            least_decrease: settings.least_decrease * before,
-        },
+        Limits { iterations: settings.iterations, min_decrease: settings.min_decrease * before },
     )
     .ok_or_else(reject)?;
 
@@ -140,7 +137,7 @@ pub fn fit_response(
 /// Diagonal of the inverse of `information`: infinite for a parameter without information, very large for parameters
 /// that cannot be separated.
 fn variances(information: &DMatrix<f64>) -> Vec<f64> {
-    const LEAST: f64 = 1e-12;
+    const MIN: f64 = 1e-12;
     let sizes = information.diagonal().map(f64::sqrt);
     let unit = DMatrix::from_fn(sizes.len(), sizes.len(), |row, column| {
         let size = sizes[row] * sizes[column];
@@ -152,7 +149,7 @@ fn variances(information: &DMatrix<f64>) -> Vec<f64> {
     let axes = unit.symmetric_eigen();
     let along = |row: usize| -> f64 {
         let parts = axes.eigenvectors.row(row);
-        parts.iter().zip(&axes.eigenvalues).map(|(part, own)| part * part / own.max(LEAST)).sum()
+        parts.iter().zip(&axes.eigenvalues).map(|(part, own)| part * part / own.max(MIN)).sum()
     };
     (0..sizes.len()).map(|row| along(row) / sizes[row].powi(2)).collect()
 }
@@ -191,7 +188,7 @@ fn coherent_points(measured: &FrequencyResponse, settings: &ResponseFitSettings)
             for (at, response) in measured.responses.iter().enumerate() {
                 let value = response[(output, input)];
                 let coherence = measured.coherence[at][(output, input)];
-                if coherence >= settings.least_coherence && value.norm() > 0.0 {
+                if coherence >= settings.min_coherence && value.norm() > 0.0 {
                     let weight = 1.58 * (1.0 - (-coherence).exp());
                     let magnitude_db = 20.0 * value.norm().log10();
                     all.push(Point {
@@ -204,7 +201,7 @@ fn coherent_points(measured: &FrequencyResponse, settings: &ResponseFitSettings)
                     });
                 }
             }
-            if all.len() - first < settings.least_points {
+            if all.len() - first < settings.min_points {
                 all.truncate(first);
             }
             let scale = (20.0 / (all.len() - first).max(1) as f64).sqrt();
@@ -244,7 +241,7 @@ impl<M: Fn(&[f64], &[f64]) -> Option<Responses>> Misfit<M> {
     ) -> Result<Self, FrequencyError> {
         let points = coherent_points(measured, settings);
         if points.len() * 2 <= parameters {
-            let (points, least) = (points.len(), settings.least_coherence);
+            let (points, least) = (points.len(), settings.min_coherence);
             return Err(FrequencyError::TooFewPoints { points, least, parameters });
         }
         let frequencies_radps = measured.frequencies_hz.iter().map(|hz| TAU * hz).collect();

@@ -19,8 +19,8 @@ pub(super) fn search(
 ) -> Result<Identified, PredictionErrorError> {
     let mut iterations = settle(&mut problem, settings)?;
     let theta: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
-    let least_decrease = COARSE.max(settings.limits.least_decrease);
-    let coarse = Limits { least_decrease, ..settings.limits };
+    let min_decrease = COARSE.max(settings.limits.min_decrease);
+    let coarse = Limits { min_decrease, ..settings.limits };
     let mut minimum = minimised(&problem, &theta, coarse)?;
     iterations += minimum.iterations;
     if problem.priors().next().is_some() {
@@ -196,7 +196,7 @@ fn settle(problem: &mut Problem<'_>, settings: &Settings) -> Result<usize, Predi
     problem.free.retain(|&index| index < first_noise);
     let start: Vec<f64> = problem.free.iter().map(|&index| problem.base[index]).collect();
     // The result is only an initial value: convergence to one unit of −ln L is sufficient.
-    let minimum = minimised(problem, &start, Limits { least_decrease: 1.0, ..settings.limits })?;
+    let minimum = minimised(problem, &start, Limits { min_decrease: 1.0, ..settings.limits })?;
     let found = problem.whole(&minimum.theta);
     problem.base[..first_noise].copy_from_slice(&found[..first_noise]);
     problem.base[first_noise..].copy_from_slice(&base[first_noise..]);

@@ -198,9 +198,9 @@ pub fn assemble(
 /// Lower and upper limit of each entry of the whole parameter vector.
 fn limits(structure: &Structure, base: &[f64], settings: &Settings) -> (Vec<f64>, Vec<f64>) {
     // ln 33: a noise below a thirtieth of its initial value is negligible.
-    const LEAST: f64 = 3.5;
+    const MIN: f64 = 3.5;
     // ln 1100: a noise above a thousand times its initial value is not noise.
-    const MOST: f64 = 7.0;
+    const MAX: f64 = 7.0;
     let own = structure.parameters.len();
     let side = |of: fn(&Parameter) -> f64, noise: &dyn Fn(usize, f64) -> f64| {
         let parameters = structure.parameters.iter().map(of);
@@ -208,11 +208,11 @@ fn limits(structure: &Structure, base: &[f64], settings: &Settings) -> (Vec<f64>
         parameters.chain(noises.map(|(index, &start)| noise(index - own, start))).collect()
     };
     (
-        side(|parameter| parameter.lower, &|_, start| start - LEAST),
+        side(|parameter| parameter.lower, &|_, start| start - MIN),
         side(|parameter| parameter.upper, &|noise, start| {
             let known = settings.largest_process_sigma.iter();
             let mut known = known.filter(|(name, _)| structure.noises.get(noise) == Some(name));
-            known.next().map_or(start + MOST, |(_, largest)| largest.ln().max(start))
+            known.next().map_or(start + MAX, |(_, largest)| largest.ln().max(start))
         }),
     )
 }

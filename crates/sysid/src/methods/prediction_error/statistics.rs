@@ -77,14 +77,14 @@ pub(super) fn overconfidence(
     lags: usize,
 ) -> Option<Vec<f64>> {
     /// Largest factor; beyond it the flight contains no information.
-    const MOST: f64 = 100.0;
+    const MAX: f64 = 100.0;
     let middle = scatter_of_gradients(problem, forced, passed, lags)?;
     let mut information = at.information.diagonal();
     for (place, _, sigma, weight) in problem.priors() {
         information[place] -= weight / (sigma * sigma);
     }
     let ratio = |place: usize| middle[(place, place)] / information[place].max(f64::MIN_POSITIVE);
-    Some((0..information.len()).map(|place| ratio(place).clamp(1.0, MOST)).collect())
+    Some((0..information.len()).map(|place| ratio(place).clamp(1.0, MAX)).collect())
 }
 
 /// Σₖₗ wₗ gₖ gₖ₊ₗᵀ.

@@ -81,7 +81,7 @@ pub fn refine(
     let (model, initial_state) = balanced(model, start.initial_state.clone());
     let theta = problem.pack(&model, &initial_state);
     let before = problem.cost(&theta)?;
-    let limits = Limits { iterations: settings.max_steps, least_decrease: 1e-10 * before };
+    let limits = Limits { iterations: settings.max_steps, min_decrease: 1e-10 * before };
     let free = vec![f64::INFINITY; theta.len()];
     let bound: Vec<f64> = free.iter().map(|bound| -bound).collect();
     let end = minimise(&problem, &theta, &bound, &free, limits)?;

@@ -99,7 +99,7 @@ const PIECE_S: f64 = 10.0;
 /// Longest delay or lead that is searched, s.
 const LONGEST_SKEW_S: f64 = 0.25;
 /// Largest delay between the sides, samples; beyond it clocks or filters differ.
-const MOST_SKEW: usize = 2;
+const MAX_SKEW: usize = 2;
 /// Range of the factor of a correct kinematic relation.
 const CLOSES: [f64; 2] = [0.85, 1.15];
 /// Smallest explained fraction of a valid relation.
@@ -209,7 +209,7 @@ impl Check {
             if !(least..=most).contains(&scale) {
                 self.faults.push(KinematicFault::Scale(relation.clone()));
             }
-            if drag.is_none() && shift.unsigned_abs() > MOST_SKEW {
+            if drag.is_none() && shift.unsigned_abs() > MAX_SKEW {
                 self.faults.push(KinematicFault::Skew(relation.clone()));
             }
         }
