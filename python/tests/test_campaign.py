@@ -81,6 +81,9 @@ def test_impossible_campaigns_are_refused(model: hn.Model, autopilot: hn.Autopil
 
 
 def test_an_interrupt_ends_a_campaign(model: hn.Model, autopilot: hn.Autopilot) -> None:
+    # A shell ignores interrupts of a program in its background.
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
         hn.campaign(model, autopilot, flights=1_000_000)
+    signal.signal(signal.SIGINT, handler)

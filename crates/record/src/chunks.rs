@@ -5,8 +5,10 @@ use std::borrow::Cow;
 use mcap::records::{Metadata, Record as McapRecord, op};
 
 use crate::channel::Channel;
-use crate::read::LARGEST_BYTES;
 use crate::unpack::unpacked;
+
+/// Largest size of a record, bytes, packed and unpacked; larger ones are rejected.
+pub(crate) const LARGEST_BYTES: u64 = 4 << 30;
 
 /// Length of an opcode and a length field, bytes.
 const FRAME: usize = 9;

@@ -6,7 +6,7 @@ use mcap::records::{MessageHeader, Record as McapRecord};
 use serde::de::DeserializeOwned;
 
 use crate::channel::Channel;
-use crate::chunks::{Piece, Topics, pieces, records};
+use crate::chunks::{LARGEST_BYTES, Piece, Topics, pieces, records};
 use crate::damage::{Damage, Repair};
 use crate::entry::{Cycle, Level};
 use crate::header::Header;
@@ -19,9 +19,6 @@ use hovernav::ekf::Solution;
 use hovernav::time::Time;
 use hovernav_dataset::LogError;
 use hovernav_toml::read_bytes;
-
-/// Largest size of a record, bytes; larger ones are rejected.
-pub(crate) const LARGEST_BYTES: u64 = 4 << 30;
 
 /// A call from the flight loop to the sensors' drivers.
 #[derive(Clone, Debug, PartialEq, Eq)]

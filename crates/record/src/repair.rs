@@ -5,9 +5,8 @@ use std::path::Path;
 
 use mcap::records::Record as McapRecord;
 
-use crate::chunks::{Piece, Topics, pieces, records};
+use crate::chunks::{LARGEST_BYTES, Piece, Topics, pieces, records};
 use crate::damage::Repair;
-use crate::read::LARGEST_BYTES;
 use crate::read::Record;
 use crate::writer::MessageWriter;
 use hovernav_dataset::LogError;

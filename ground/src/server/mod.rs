@@ -3,6 +3,7 @@
 mod access;
 mod assets;
 mod client;
+mod config;
 mod download;
 mod listener;
 mod request;
@@ -11,11 +12,11 @@ mod session;
 mod shared;
 
 pub use access::Access;
+pub use config::ServerConfig;
 pub use request::Request;
 
 use std::io;
 use std::net::SocketAddr;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -28,14 +29,10 @@ use axum::http::header::{
 use axum::middleware::{self, Next};
 use axum::response::Response;
 use axum::routing::get;
-use hovernav::flight_control::Fence;
-use hovernav_dataset::Manifest;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 
-use crate::folder::Folder;
 use crate::link::SharedStation;
-use crate::tiles::Tiles;
 use listener::{Limited, Peer};
 use seats::Seats;
 use shared::Shared;
@@ -50,24 +47,6 @@ const CONNECTIONS: usize = 128;
 const EXPORTS: usize = 4;
 /// Time after which a client that receives nothing is disconnected.
 const STUCK: Duration = Duration::from_secs(5);
-
-/// The configuration of the server.
-pub struct ServerConfig {
-    /// Address to listen on.
-    pub address: SocketAddr,
-    /// Access rules.
-    pub access: Access,
-    /// The directory of the records.
-    pub folder: Folder,
-    /// The executable `hovernav`, which evaluates records; `None` disables evaluation.
-    pub command: Option<PathBuf>,
-    /// Mounting of the vehicle's sensors.
-    pub manifest: Manifest,
-    /// The vehicle's geofence, for the map.
-    pub fence: Option<Fence>,
-    /// Tiles for the map.
-    pub tiles: Option<Tiles>,
-}
 
 /// The state shared by the handlers.
 struct Server {

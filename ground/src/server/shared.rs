@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use hovernav::flight_control::Fence;
 use hovernav_dataset::Manifest;
 
-use super::ServerConfig;
+use super::config::ServerConfig;
 use crate::evaluate::{Evaluation, Job, SharedJob};
 use crate::folder::Folder;
 use crate::link::{SharedStation, lock};

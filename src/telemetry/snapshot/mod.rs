@@ -136,19 +136,19 @@ impl Snapshot {
         self
     }
 
-    /// Removes the measurements of the inertial unit and the solution. Without new samples they are the past.
-    #[must_use]
-    pub fn without_imu(self) -> Self {
-        Self {
-            angular_rate_radps: None,
-            specific_force_mps2: None,
-            magnetic_field_gauss: None,
-            temperature_degc: None,
-            attitude: None,
-            position: None,
-            velocity_mps: None,
-            sigmas: Sigmas::default(),
-            ..self
+    /// Notes whether samples of the inertial unit arrive. Without them its measurements and the solution are those of
+    /// the past, and are removed.
+    pub fn observe_imu(&mut self, is_present: bool) {
+        self.status.imu = is_present;
+        if !is_present {
+            self.angular_rate_radps = None;
+            self.specific_force_mps2 = None;
+            self.magnetic_field_gauss = None;
+            self.temperature_degc = None;
+            self.attitude = None;
+            self.position = None;
+            self.velocity_mps = None;
+            self.sigmas = Sigmas::default();
         }
     }
 

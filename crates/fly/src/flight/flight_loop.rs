@@ -416,11 +416,8 @@ impl FlightLoop {
         }
         self.log.settle_repeats(now);
         self.log.report_changed_ports(now);
-        snapshot.status.imu =
-            self.last_sample.is_some_and(|times| now - times.arrival < SAMPLE_FRESH_S);
-        if !snapshot.status.imu {
-            *snapshot = snapshot.without_imu();
-        }
+        let since_sample = self.last_sample.map(|times| now - times.arrival);
+        snapshot.observe_imu(since_sample.is_some_and(|age_s| age_s < SAMPLE_FRESH_S));
         snapshot.gps.age_s = self.receiver.last_fix().map(|arrival| (now - arrival).max(0.0));
         self.supplement.time = now;
         self.log.downlinks.offer(snapshot, &self.supplement);
