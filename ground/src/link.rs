@@ -33,7 +33,8 @@ pub enum Source {
         /// Baud rate.
         baud: u32,
     },
-    /// UDP datagrams that arrive at this address. A port alone means an address of this computer, for programs on it.
+    /// UDP datagrams that arrive at this address. A port without an address means the loopback address, which only
+    /// programs on this computer reach.
     Udp(SocketAddr),
 }
 

@@ -296,7 +296,7 @@ impl Gates {
         by_fixes || self.is_open(other, time)
     }
 
-    /// Whether the group belongs to a receiver with a proven contradiction.
+    /// Whether `group` belongs to a receiver whose fixes were proven to contradict each other.
     pub fn is_contradicted(&self, group: Group) -> bool {
         self.contradiction.proven && group.is_of_fix()
     }

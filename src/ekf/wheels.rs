@@ -72,7 +72,7 @@ pub(super) struct Seen {
 pub(super) const SLOWEST_MPS: f32 = 3.0;
 /// Interval of the constraint, s.
 pub(super) const INTERVAL_S: f64 = 0.2;
-/// Usual one-sigma of a car's velocity across, from tyre slip and uneven roads, m/s.
+/// Usual one-sigma of a car's velocity perpendicular to its forward axis, from tyre slip and uneven roads, m/s.
 const USUAL_MPS: f32 = 0.1;
 /// Lower limit of the residual's one-sigma, m/s.
 const MIN_MPS: f32 = 0.05;

@@ -70,7 +70,7 @@ pub struct ControlInputs<'a, T = f64> {
 pub struct ControlOutputs {
     /// Positions of the controls.
     pub sticks: Option<Sticks>,
-    /// The test input that is part of the sticks.
+    /// Contribution of the test input to `sticks`; zero without a test input.
     pub injected: Sticks,
     /// The pilot's own sticks, if all four are fresh and are not the receiver's failsafe.
     pub pilot: Option<Sticks>,
@@ -296,7 +296,8 @@ impl<T: Scalar> FlightControl<T> {
         }
     }
 
-    /// Processes the switch and the loss of the pilot's signal; returns whether the switch is closed.
+    /// Processes the switch and the loss of the pilot's signal. Returns whether the switch is closed; always `true`
+    /// while the autopilot is engaged and the pilot's signal is not good.
     fn engage(
         &mut self,
         inputs: &ControlInputs<'_, T>,

@@ -169,7 +169,7 @@ pub struct Integrity<T = f64> {
     accel: Triad<T>,
     held: HeldForce<T>,
     typical_interval_s: T,
-    /// Time over which samples have arrived, s, up to the memory of the usual vibration.
+    /// Time over which samples have arrived, s, at most the memory `USUAL_S` of the usual vibration.
     seen_s: T,
     /// The previous readings, as rates or as increments: an inertial unit keeps one form.
     last: Option<[[T; 3]; 2]>,

@@ -75,8 +75,8 @@ fn large_and_long_problems_meet_their_closed_forms() {
         &eigen.eigenvectors * DMatrix::from_diagonal(&values) * eigen.eigenvectors.transpose();
     assert!((x - &expected).norm() < 1e-12 * expected.norm());
 
-    // A chain of 21 integrators, measured at one end and driven at the other: this corner of X is 1 (CAREX 4.1, Laub
-    // 1979).
+    // A chain of 21 integrators, measured at one end and driven at the other. The element of X in the first row and the
+    // last column is 1 (CAREX 4.1, Laub 1979).
     let n = 21;
     let chain = DMatrix::from_fn(n, n, |i, j| if j == i + 1 { 1.0 } else { 0.0 });
     let end = DMatrix::from_fn(n, 1, |i, _| if i == n - 1 { 1.0 } else { 0.0 });

@@ -324,8 +324,8 @@ fn the_lassen_iq_packets_are_those_decoded_apart_from_this_project() {
             if let Some(packet) = framer.next(&mut bytes, arrival) {
                 let report = Report::read(packet.id, packet.payload).unwrap();
                 let described = describe(&report, packet.arrival.nanoseconds()).to_string();
-                // The values are converted through text, like the expected values: serde_json reads some of their
-                // digits with an error of one bit.
+                // The found values pass through text, like the expected values. serde_json reads some decimal numbers
+                // with an error of one bit.
                 found.push(serde_json::from_str::<Value>(&described).unwrap());
             }
         }

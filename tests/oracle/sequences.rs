@@ -209,8 +209,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Flight<L, N, T> {
                 let height_m = state.position.height_m + self.draw.normal(0.5);
                 self.pair.baro(time, height_m);
             }
-            // After a reset, before a fix has measured the height, range and ground height are differences of two
-            // numbers of 1e10 m² equal to 13 digits. Neither filter then has digits left to compare.
+            // After a reset, before a fix has measured the height, the variances of range and ground height are
+            // inexact. Each is the difference of two numbers of 1e10 m² that agree to 13 digits. Neither filter then
+            // has digits left to compare.
             Call::Range if self.pair.shipped.covariance().variance(POSITION + 2) > 1e4 => {}
             Call::Range => {
                 let rangefinder = Rangefinder {

@@ -98,7 +98,7 @@ fn a_disk_full_for_good_stops_the_record_and_not_the_flight() {
 fn every_loss_is_counted_and_reported_once_there_is_room() {
     let disk = Disk::of(40_000);
     let mut recorder = Recorder::start(disk.clone(), &header()).unwrap();
-    // The data are more than fit into memory: first the queue empties, then it fills.
+    // More data than memory holds: the queue empties until the disk is full, and then it fills.
     let (mut pushed, mut now) = (0u64, START);
     let mut push = |recorder: &mut Recorder| {
         now = now + 1e-3;

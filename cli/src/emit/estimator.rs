@@ -62,7 +62,7 @@ pub(super) fn bytes(
     })
 }
 
-/// The numbers of the alignment, including the declinations.
+/// Assignments of the alignment's settings, including the declinations, which serialization omits.
 fn alignment(
     language: Language,
     before: &str,

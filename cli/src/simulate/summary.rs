@@ -121,7 +121,8 @@ impl ClosedLoopSummary {
         &self.transitions
     }
 
-    /// The accuracy of the hover in one line.
+    /// The accuracy of the hover in one line; for set-points of velocity, one line for each. After a crash, the time of
+    /// the crash.
     pub fn in_words(&self) -> String {
         if let Some(crashed_s) = self.crashed_s {
             return format!("crashed at {crashed_s:.2} s");

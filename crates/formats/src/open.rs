@@ -37,7 +37,7 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
             let path = if inputs.len() > 1 { log } else { first };
             let inputs = if inputs.is_empty() { &alone } else { &inputs[..] };
             let mut log = match crate::ros2::read(path, inputs, options) {
-                // Another program has copied a flight record.
+                // A flight record that another program has copied is recognised by its topic `dmu/raw`.
                 #[cfg(feature = "record")]
                 Err(_) if crate::ros2::has_topic(inputs, "dmu/raw")? => return flight(first),
                 log => log?,

@@ -394,7 +394,7 @@ mod tests {
             .map(|k| DVec3::splat((TAU * 5.0 * f64::from(k) * PERIOD_S).sin()))
             .map(|rate| triad.measure(rate, DVec3::ZERO, false))
             .collect();
-        // Linear interpolation between the 20 samples of a cycle removes 1 %.
+        // Linear interpolation between the 20 samples of a cycle reduces the amplitude by 1 %.
         assert_abs_diff_eq!(rms(&shown[1000..]), 0.5, epsilon = 0.01);
     }
 }

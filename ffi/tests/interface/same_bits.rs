@@ -44,7 +44,7 @@ impl Navigator {
     /// Every bit of the solution, as text.
     fn solution(&self) -> Option<String> {
         let mut solution = MaybeUninit::uninit();
-        // SAFETY: an object, and room for a solution.
+        // SAFETY: `self.nav` is a valid object, and `solution` has room for a solution.
         let status = unsafe { hovernav_get_solution(self.nav, solution.as_mut_ptr()) };
         // SAFETY: written if the status is success.
         (status == Status::Ok).then(|| format!("{:?}", unsafe { solution.assume_init() }))

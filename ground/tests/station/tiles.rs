@@ -78,7 +78,7 @@ fn tiles_are_drawn_at_their_place_below_the_track() {
 
     // Tiles of two colours, like a chessboard, around the south-east corner.
     for [column, row] in [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[x, y]| [COLUMN + x, ROW + y]) {
-        let colour = if (column + row) % 2 == 0 { "#f00" } else { "#00f" };
+        let colour = if (column + row).is_multiple_of(2) { "#f00" } else { "#00f" };
         let script = format!(
             "(() => {{ const c = document.createElement('canvas'); c.width = c.height = 256; \
              const g = c.getContext('2d'); g.fillStyle = '{colour}'; g.fillRect(0, 0, 256, 256); \
@@ -100,7 +100,7 @@ fn tiles_are_drawn_at_their_place_below_the_track() {
     };
     for [east, south] in [[-3, -3], [3, -3], [-3, 3], [3, 3]] {
         let tile = [COLUMN + u32::from(east > 0), ROW + u32::from(south > 0)];
-        let (full, none) = if (tile[0] + tile[1]) % 2 == 0 { (0, 2) } else { (2, 0) };
+        let (full, none) = if (tile[0] + tile[1]).is_multiple_of(2) { (0, 2) } else { (2, 0) };
         let pixel = colour(east, south);
         page.wait(&format!("{pixel}[{full}] > 180 && {pixel}[{none}] < 90"));
     }

@@ -185,9 +185,10 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     }
 
     /// Computes the block of attitude, velocity and position of (Φ P) Φᵀ in place, upper triangle only. The input is
-    /// the rows of Φ P. Each entry of Φ P is read before its result overwrites it. Finished entries of velocity below
-    /// the diagonal are read from above the diagonal. Finished entries of position with velocity are read from those of
-    /// velocity with position.
+    /// the rows of Φ P. Each entry of Φ P is read before its result overwrites it.
+    ///
+    /// The result is symmetric. Velocity results below the diagonal are therefore read from above the diagonal. The
+    /// results in the rows of position and columns of velocity are read from the rows of velocity.
     #[inline(always)]
     fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);

@@ -91,7 +91,7 @@ pub(super) struct Prior {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hypothesis {
     pub weight: f64,
-    /// Attitude: rotation to NED from the body axes at the start of the bank of hypotheses.
+    /// Attitude: rotation to NED from the body axes at the time when the bank of hypotheses started.
     pub start_to_ned: Rotation<Body, Ned, f32>,
     velocity_mps: Vector<Ned, f32>,
     bias_radps: Vector<Body, f32>,

@@ -19,7 +19,7 @@ pub struct HypothesisMotion<T> {
     pub covariance: Block,
     /// One-sigma of the heading, rad.
     pub heading_sigma_rad: f64,
-    /// Turn about the axis of unknown attitude from the start of the search, rad.
+    /// Turn about the axis of unknown attitude, rad: from the assumed to the found attitude at the search's start.
     pub turn_rad: f64,
     /// Whether the heading is found.
     pub is_found: bool,

@@ -301,7 +301,8 @@ const fn is_vertical(index: usize) -> bool {
 
 /// Ratio of the position's one-sigma to that of the fix above which the position was unknown before the fix.
 const UNKNOWN: f64 = 2.0;
-/// Minimum time without a fused position, s, assumed when the variance of the velocity is raised.
+/// Lower limit, s, of the time in which an innovation of the position arose. The variance of the velocity is raised by
+/// the square of the innovation divided by this time.
 const MIN_LOST_S: f64 = 1.0;
 /// One-sigma added to roll and pitch (3°) together with a horizontal velocity, rad: tilt is the likely cause of a large
 /// velocity error.

@@ -51,7 +51,7 @@ struct Clock {
     leap_seconds: Option<u8>,
 }
 
-/// Data of the current, incomplete time of fix.
+/// Position and velocity already received for the current time of fix.
 #[derive(Clone, Copy, Debug)]
 struct Epoch {
     time_of_fix_s: f64,

@@ -25,7 +25,7 @@ pub(super) struct Oriented {
     pub acceleration_mps2: Vector<Ned>,
 }
 
-/// Largest distance, rad, from an azimuth that counts as reached.
+/// Largest difference, rad, between the direction's azimuth and the wanted azimuth at which the turn is complete.
 const POINTED_RAD: f64 = 1e-6;
 /// Largest number of turns towards an azimuth. If the axis is not vertical, each turn only comes closer to the azimuth.
 const MAX_TURNS: usize = 100;

@@ -129,7 +129,7 @@ impl Errors {
         }
     }
 
-    /// Velocity, m/s, and position, horizontal and vertical, m.
+    /// Magnitudes of the errors: velocity, m/s, horizontal position, m, and height, m.
     fn sizes(&self) -> [f64; 3] {
         let [north, east, down] = self.velocity_mps;
         [north.hypot(east).hypot(down), self.horizontal_m, self.height_m]

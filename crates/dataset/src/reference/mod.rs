@@ -61,8 +61,8 @@ pub struct ReferenceMoment {
 }
 
 impl Reference {
-    /// Reads the reference of the dataset in `dir`; `manifest` names the points of reference and solution. `None`
-    /// without a reference.
+    /// Reads the reference of the dataset in `dir`; `None` if the dataset has none. `manifest` states the point of the
+    /// vehicle to which the reference refers, and that to which the solution refers.
     ///
     /// # Errors
     /// As [`Dataset::open`](crate::Dataset::open), for `reference.csv`.

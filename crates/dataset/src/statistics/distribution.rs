@@ -56,7 +56,8 @@ impl Distribution {
     }
 }
 
-/// `bits` with the last `digits` cleared. Non-negative numbers have the same order as their bits.
+/// `bits` of a number with the last `digits` binary digits cleared. Non-negative numbers have the same order as their
+/// bits.
 const fn rounded(bits: u64, digits: u32) -> u64 {
     bits >> digits << digits
 }

@@ -57,8 +57,8 @@ impl Records {
         if !self.reader.read_byte_record(&mut self.record).map_err(|error| self.in_words(error))? {
             return Ok(false);
         }
-        // The reader's own position is where its search began: before blank lines, and between the CR and LF that ended
-        // the previous record.
+        // The reader reports the offset at which it started to search for the record. This offset is before blank
+        // lines, and between the CR and LF that ended the previous record.
         let looked = self.record.position().map_or(0, Position::byte) as usize;
         let tee = self.reader.get_mut();
         let blanks = tee.from(looked).iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));

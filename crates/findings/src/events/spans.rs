@@ -77,7 +77,7 @@ pub(super) fn improbable_runs<T: PartialEq>(values: &[T]) -> Vec<(usize, usize)>
     runs.finish().into_iter().map(|run| (run.first, run.last)).collect()
 }
 
-/// Number of pairs before and after a run from which its chance is estimated.
+/// Number of pairs on each side of a run from which the chance of a repetition is estimated.
 const NEAR: usize = 60;
 /// Negative logarithm of the chance below which a run is improbable.
 const UNLIKELY: f64 = 18.0;

@@ -17,8 +17,8 @@ const EXPLAINED: f64 = 0.7;
 /// Smallest deviation of the scale from 1, in one-sigmas.
 const SIGMAS: f64 = 6.0;
 
-/// Likely contents of a column: range of the scale from the column's changes to those of the fixes' heights,
-/// description, remedy.
+/// Likely contents of a column: range of the scale, description, remedy. The scale is the change of the fixes' heights
+/// divided by the change of the column.
 const CAUSES: [(std::ops::Range<f64>, &str, &str); 8] = [
     (0.25..0.37, "altitude_m in feet, expected metres", "multiply altitude_m by 0.3048"),
     (0.0085..0.0115, "altitude_m in centimetres, expected metres", "divide altitude_m by 100"),

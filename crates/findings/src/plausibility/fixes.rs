@@ -173,7 +173,8 @@ fn near(value: f64, expected: f64) -> bool {
     (0.75..1.33).contains(&(value / expected))
 }
 
-/// Velocity unit that matches all `scales`; `explained` is the smallest explained fraction of the displacements.
+/// Velocity unit that matches all `scales`. `explained` is the smallest fraction, over the axes, of the displacements
+/// that the velocity explains.
 fn unit_of(scales: &[f64], explained: f64) -> Option<&'static str> {
     let largest = scales.iter().copied().fold(f64::MIN, f64::max);
     let of_size = |(size, _): &&(f64, _)| scales.iter().all(|&scale| near(scale, *size));

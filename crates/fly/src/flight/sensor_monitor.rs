@@ -30,7 +30,7 @@ const MIN_STARTS: u32 = 3;
 /// A report: severity, kind and text.
 pub type Report = (Level, FindingKind, ShortText);
 
-/// State of a finding that begins, continues and ends.
+/// State of a finding that lasts: time of its last report, `None` before the first report and after its end.
 #[derive(Clone, Copy, Debug, Default)]
 struct Lasting {
     reported: Option<Time>,

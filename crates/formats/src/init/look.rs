@@ -268,7 +268,7 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
 
 /// Replaces markers for unknown values in a column by NaN. Such markers repeat, and are far from all other values.
 fn forget_unknown(column: &mut [f64]) {
-    /// Smallest ratio of a marker for unknown to the largest other value of the column.
+    /// Smallest ratio of the magnitude of a marker for unknown values to the largest magnitude of the other values.
     const FAR: f64 = 2.0;
     let is_other = |value: &&f64| value.is_finite() && !is_unknown(**value);
     let largest = column.iter().filter(is_other).fold(0.0_f64, |most, value| most.max(value.abs()));

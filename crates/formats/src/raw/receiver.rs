@@ -108,7 +108,7 @@ pub(super) fn read(input: Input<'_>) -> Result<(Assembly, Manifest), LogError> {
 fn listen(input: Input<'_>, heard: &mut [Received; 3]) -> Result<Unread, LogError> {
     let mut unread = Unread::default();
     let mut window = begin(input)?;
-    // Number of bytes whose checksum was computed in vain.
+    // Number of bytes whose checksum was computed without finding a frame.
     let mut in_vain = 0_u64;
     let [ubx, tsip, nmea] = heard;
     loop {

@@ -1,6 +1,6 @@
-//! Every failsafe of docs/flying.md flown over the lines, except that of the record ([`crate::full_record`]). Each
-//! is flown in hover, while a stick steers, and just after engagement. The record contains the response, its time
-//! and its reason.
+//! Every failsafe of docs/flying.md in flights over the lines of a flight computer. The loss of the record is in
+//! [`crate::full_record`] instead. Each failsafe is tested in hover, while a stick steers, and just after engagement.
+//! The flight record contains the response, its time and its reason.
 
 use hovernav::autopilot::Mode;
 use hovernav::earth::Geodetic;

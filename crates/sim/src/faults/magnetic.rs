@@ -11,8 +11,8 @@ use crate::noise::Noise;
 
 pub(super) const FIELD: [&str; 3] = ["mag_x_gauss", "mag_y_gauss", "mag_z_gauss"];
 
-/// Applies `fault` to `table`, which is `imu.csv` or `mag.csv`. False where it is not magnetic, or the table has no
-/// field. For a turned heading a yaw without a field is sufficient.
+/// Applies `fault` to `table`, which is `imu.csv` or `mag.csv`. Returns `false` for a fault that is not magnetic, and
+/// for a table without a magnetic field. For `MagHeading` a yaw without a field is sufficient.
 ///
 /// The tilt is the roll and pitch in the same row. Without them the body is assumed level, an error of a degree or two
 /// in hover.

@@ -44,7 +44,7 @@ impl Vibration {
             return within.map(|place| (self.factor - 1.0) * fast(place)).collect();
         }
         let other = |place: usize| {
-            // For the first seconds of the log the source is later in the log, not earlier.
+            // In the first seconds of the log, the source of the added vibration is later instead of earlier.
             let place = place.checked_sub(self.earlier).unwrap_or(place + self.earlier);
             self.sign * fast(place.min(values.len() - 1))
         };

@@ -18,7 +18,7 @@ use crate::methods::prediction_error;
 /// Factor in the rejection of the time domain. It is rejected if its cost J of a coherent response exceeds a limit. The
 /// limit is [`FACTOR`] times the cost of the frequency-domain fit, plus [`MARGIN`].
 const FACTOR: f64 = 2.0;
-/// Difference of the cost J in the rejection of the time domain, see [`FACTOR`].
+/// Constant part of the limit of the cost J above which the time domain is rejected, see [`FACTOR`].
 const MARGIN: f64 = 10.0;
 /// Ratio of a parameter's bound in the frequency domain to that in the time domain below which both are merged. The
 /// same gusts affect both domains: estimates with similar bounds have similar errors, and a merge does not improve

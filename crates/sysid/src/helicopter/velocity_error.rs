@@ -39,8 +39,9 @@ impl VelocityError {
 
     /// Error of smoothed `solutions`, from their own one-sigma and the scatter of the fixes about them.
     ///
-    /// A smoother blends accelerometers of white error with velocity fixes of density r = σ²T. The error of the blend
-    /// is exactly first-order Gauss–Markov, with correlation time r / 2σₑ².
+    /// A smoother blends accelerometers of white error with velocity fixes of density r = σ²T. Here σ is the one-sigma
+    /// of a fix, and T the interval between fixes. The error of the blend is exactly first-order Gauss–Markov. Its
+    /// correlation time is r / 2σₑ², with its one-sigma σₑ.
     ///
     /// # Source
     /// Equation (I26) of docs/equations.md.

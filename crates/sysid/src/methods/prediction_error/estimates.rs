@@ -79,8 +79,8 @@ impl Estimate {
 /// correlated pairs. CIFER's bound is twice the bound printed here.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimates {
-    /// Parameters in the structure's order, then σ of each process noise, then σ of each output's noise. The σ of a
-    /// process noise is per sample, in the unit of the state's rate.
+    /// Parameters in the structure's order, then σ of each process noise, then σ of each output's noise. A process
+    /// noise is constant within a sample; its σ has the unit of the state's rate.
     pub list: Vec<Estimate>,
     /// Indices in `list` of the estimated parameters.
     pub free: Vec<usize>,

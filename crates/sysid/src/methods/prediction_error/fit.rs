@@ -261,7 +261,7 @@ impl OpenLoop {
     }
 }
 
-/// Effect of the identified noises on an uncorrected window.
+/// Effect of the identified noises on a window simulated without corrections by measured outputs.
 struct WindowNoise {
     /// Γₙ diag(σ).
     driven: DMatrix<f64>,

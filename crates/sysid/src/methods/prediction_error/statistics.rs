@@ -135,8 +135,8 @@ fn gradients(problem: &Problem<'_>, normal: &Normal, forced: &Forced) -> Option<
     Some(shares)
 }
 
-/// Sensitivities to the parameters, parameters × (samples · outputs), without the part that the record's own unknowns
-/// explain.
+/// Sensitivities to the parameters, parameters × (samples · outputs). The part that the record's unknown initial state,
+/// offsets and biases explain is removed.
 pub(super) fn projected(normal: &Normal, count: usize) -> Option<DMatrix<f64>> {
     let columns = normal.gradient.len();
     let own = columns - count;

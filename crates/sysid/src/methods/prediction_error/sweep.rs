@@ -225,7 +225,7 @@ pub(super) struct Pass<'a> {
     pub inputs: &'a (Vec<f64>, Vec<f64>),
     /// The record's own values: x0, offsets, biases.
     pub own: &'a [f64],
-    /// Own values that have a column, and the sensitivities of the innovations to them.
+    /// Own values with a column in the normal equations, and the sensitivities of the innovations to them.
     pub own_rows: &'a OwnRows,
     /// Whether the pass keeps the whitened innovations and sensitivities.
     pub keep: bool,
