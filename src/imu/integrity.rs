@@ -227,9 +227,9 @@ impl<T: Scalar> Integrity<T> {
         self.repeated >= STUCK && vibrates()
     }
 
-    /// Whether a logger has interpolated the sample: [`STRAIGHT`] samples or more, over [`STRAIGHT_S`], lie on a
+    /// Whether a logger has interpolated the sample: `STRAIGHT` samples or more, over `STRAIGHT_S`, lie on a
     /// straight line in all six readings. `interval_s` is the time since the last used sample. The readings must change
-    /// along the line. The usual noise of an accelerometer must exceed [`MIN_NOISE`].
+    /// along the line. The usual noise of an accelerometer must exceed `MIN_NOISE`.
     ///
     /// # Source
     /// Equation (S17) of docs/equations.md.
