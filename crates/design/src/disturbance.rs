@@ -45,7 +45,8 @@ pub struct DisturbanceResponse {
 }
 
 impl DisturbanceResponse {
-    /// Time from which every state stays within [`SETTLED`] of trim, s; `None` if a state does not settle by the end.
+    /// Time of the last sample with a state outside [`SETTLED`] about trim, s; 0 without one, `None` if a state does not
+    /// settle by the end.
     #[must_use]
     pub fn settled_s(&self) -> Option<f64> {
         let is_away = |states: &[f64; 9]| {
@@ -53,7 +54,8 @@ impl DisturbanceResponse {
         };
         match self.states.iter().rposition(is_away) {
             None => Some(0.0),
-            Some(last) => self.time_s.get(last + 1).copied(),
+            Some(last) if last + 1 < self.states.len() => Some(self.time_s[last]),
+            Some(_) => None,
         }
     }
 
