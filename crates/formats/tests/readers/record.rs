@@ -81,6 +81,6 @@ fn a_record_copied_by_another_program_with_compressed_chunks_opens() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 1;
     if let Ok(damaged) = Record::read(&bytes, Path::new("copy")) {
-        assert!(damaged == original || !damaged.warnings.is_empty());
+        assert!(damaged.controls == original.controls || !damaged.warnings.is_empty());
     }
 }
