@@ -42,7 +42,7 @@ fn served(name: &str) -> Response {
 }
 
 pub async fn page(State(server): super::State, headers: HeaderMap) -> Response {
-    match server.access.check_host(&headers) {
+    match server.shared.config.access.check_host(&headers) {
         Ok(()) => served("index.html"),
         Err(refusal) => refusal.into_response(),
     }

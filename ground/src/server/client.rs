@@ -43,7 +43,7 @@ pub async fn socket(
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Response {
-    if let Err(refusal) = server.access.check(&headers, ticket.token.as_deref()) {
+    if let Err(refusal) = server.shared.config.access.check(&headers, ticket.token.as_deref()) {
         return refusal.into_response();
     }
     let full = || {

@@ -46,7 +46,7 @@ pub async fn csv(
     Query(stretch): Query<Stretch>,
     headers: HeaderMap,
 ) -> Response {
-    if let Err(refusal) = server.access.check(&headers, stretch.token.as_deref()) {
+    if let Err(refusal) = server.shared.config.access.check(&headers, stretch.token.as_deref()) {
         return refusal.into_response();
     }
     let Ok(place) = Arc::clone(&server.exports).try_acquire_owned() else {
@@ -153,11 +153,11 @@ pub async fn result(
     Query(ticket): Query<Ticket>,
     headers: HeaderMap,
 ) -> Response {
-    if let Err(refusal) = server.access.check(&headers, ticket.token.as_deref()) {
+    if let Err(refusal) = server.shared.config.access.check(&headers, ticket.token.as_deref()) {
         return refusal.into_response();
     }
     let nothing = || (StatusCode::NOT_FOUND, "found no page of that name").into_response();
-    let Ok(root) = server.shared.folder.results(&record) else { return nothing() };
+    let Ok(root) = server.shared.config.folder.results(&record) else { return nothing() };
     let inside = FilePath::new(&path);
     let plain = |part| matches!(part, Component::Normal(_));
     if inside.extension().is_none_or(|extension| extension != "html")
@@ -195,10 +195,10 @@ pub async fn tile(
     Query(ticket): Query<Ticket>,
     headers: HeaderMap,
 ) -> Response {
-    if let Err(refusal) = server.access.check(&headers, ticket.token.as_deref()) {
+    if let Err(refusal) = server.shared.config.access.check(&headers, ticket.token.as_deref()) {
         return refusal.into_response();
     }
-    let tiles = server.shared.tiles.as_ref();
+    let tiles = server.shared.config.tiles.as_ref();
     match tokio::task::block_in_place(|| tiles?.read(&z, &x, &y)) {
         Some(tile) => ([(CONTENT_TYPE, tile.kind)], tile.bytes).into_response(),
         None => (StatusCode::NOT_FOUND, "found no such tile").into_response(),

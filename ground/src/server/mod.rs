@@ -51,7 +51,6 @@ const STUCK: Duration = Duration::from_secs(5);
 /// The state shared by the handlers.
 struct Server {
     shared: Arc<Shared>,
-    access: Access,
     clients: Seats,
     /// Slots for exports.
     exports: Arc<Semaphore>,
@@ -75,10 +74,8 @@ impl Bound {
         let listener = std::net::TcpListener::bind(config.address)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        let access = config.access.clone();
         let server = Server {
             shared: Arc::new(Shared::new(station, config)),
-            access,
             clients: Seats::new(CLIENTS),
             exports: Arc::new(Semaphore::new(EXPORTS)),
         };

@@ -61,13 +61,13 @@ impl Session {
                 })
             })
             .collect();
-        let fence = self.shared.fence.map(|fence| {
+        let fence = self.shared.config.fence.map(|fence| {
             json!({
                 "lat_deg": fence.centre.latitude_deg(), "lon_deg": fence.centre.longitude_deg(),
                 "radius_m": fence.radius_m,
             })
         });
-        let zooms = self.shared.tiles.as_ref().map_or(&[][..], Tiles::zooms);
+        let zooms = self.shared.config.tiles.as_ref().map_or(&[][..], Tiles::zooms);
         json!({"hello": {
             "version": env!("CARGO_PKG_VERSION"), "channels": channels, "fence": fence, "zooms": zooms,
         }})
@@ -102,7 +102,7 @@ impl Session {
                 return Ok(Some(json!({"recorded": recording})));
             }
             Request::List {} => {
-                let records = shared.folder.list().map_err(|error| error.to_string())?;
+                let records = shared.config.folder.list().map_err(|error| error.to_string())?;
                 return Ok(Some(json!({"records": records})));
             }
             Request::Open { name } => {

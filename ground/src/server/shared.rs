@@ -1,17 +1,11 @@
 //! The state shared by all clients: the station, the directory, the open records.
 
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
-
-use hovernav::flight_control::Fence;
-use hovernav_dataset::Manifest;
 
 use super::config::ServerConfig;
 use crate::evaluate::{Evaluation, Job, SharedJob};
-use crate::folder::Folder;
 use crate::link::{SharedStation, lock};
 use crate::player::Loaded;
-use crate::tiles::Tiles;
 
 /// Largest number of records in memory; the oldest is dropped first.
 const OPEN: usize = 3;
@@ -19,35 +13,25 @@ const OPEN: usize = 3;
 /// The state shared by all clients.
 pub struct Shared {
     pub station: SharedStation,
-    pub folder: Folder,
-    /// The executable that evaluates records.
-    pub command: Option<PathBuf>,
-    /// Mounting of the sensors.
-    pub manifest: Manifest,
-    /// The vehicle's geofence.
-    pub fence: Option<Fence>,
-    /// Tiles for the map.
-    pub tiles: Option<Tiles>,
+    pub config: ServerConfig,
     loaded: Mutex<Vec<Arc<Loaded>>>,
     job: SharedJob,
 }
 
 impl Shared {
     pub fn new(station: SharedStation, config: ServerConfig) -> Self {
-        let ServerConfig { folder, command, manifest, fence, tiles, .. } = config;
-        let (loaded, job) = (Mutex::default(), SharedJob::default());
-        Self { station, folder, command, manifest, fence, tiles, loaded, job }
+        Self { station, config, loaded: Mutex::default(), job: SharedJob::default() }
     }
 
     /// Starts a record in a new file with this name.
     pub fn record(&self, name: &str) -> Result<(), String> {
-        let file = self.folder.record(name).map_err(|error| error.to_string())?;
+        let file = self.config.folder.record(name).map_err(|error| error.to_string())?;
         lock(&self.station).record(&file, name).map_err(|error| error.to_string())
     }
 
     /// The record with this name, read from its file if it is not in memory.
     pub fn load(&self, name: &str) -> Result<Arc<Loaded>, String> {
-        let file = self.folder.record(name).map_err(|error| error.to_string())?;
+        let file = self.config.folder.record(name).map_err(|error| error.to_string())?;
         let is_growing = lock(&self.station).recording().is_some_and(|one| one.name == name);
         let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(found) =
@@ -66,19 +50,20 @@ impl Shared {
 
     /// Runs estimate and identify on the record with this name.
     pub fn evaluate(&self, name: &str) -> Result<(), String> {
-        let record = self.folder.record(name).map_err(|error| error.to_string())?;
-        let results = self.folder.results(name).map_err(|error| error.to_string())?;
-        let command = self.command.clone().ok_or("this station cannot run the command hovernav")?;
+        let record = self.config.folder.record(name).map_err(|error| error.to_string())?;
+        let results = self.config.folder.results(name).map_err(|error| error.to_string())?;
+        let command =
+            self.config.command.clone().ok_or("this station cannot run the command hovernav")?;
         if !record.is_file() {
             return Err(format!("found no record {name}"));
         }
-        if self.folder.results_are_elsewhere(name).map_err(|error| error.to_string())? {
+        if self.config.folder.results_are_elsewhere(name).map_err(|error| error.to_string())? {
             return Err(format!("found a link in the results of {name}, expected a directory"));
         }
         if lock(&self.station).recording().is_some_and(|one| one.name == name) {
             return Err(format!("found {name} still being written, expected a finished record"));
         }
-        let (name, manifest) = (name.to_owned(), self.manifest.clone());
+        let (name, manifest) = (name.to_owned(), self.config.manifest.clone());
         let evaluation = Evaluation { command, name, record, results, manifest };
         if evaluation.spawn(&self.job) {
             Ok(())

@@ -1,4 +1,4 @@
-//! Files of loggers that are easily misread: what is not certain is named.
+//! Files of loggers that are easily misread: `init` names each uncertain reading.
 
 use std::fs;
 
