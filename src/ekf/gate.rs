@@ -37,10 +37,12 @@
 //! [`Verdict::Reset`](super::Verdict::Reset).
 
 mod position_drift;
+mod previous;
 mod rejection;
 
 use crate::time::Time;
 use position_drift::PositionDrift;
+use previous::Previous;
 
 /// Group of measurements that the filter rejects together, and is reset to together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +73,11 @@ impl Group {
         (self as usize) < Self::GPS
     }
 
+    /// Whether the group is a position of a fix.
+    const fn is_position(self) -> bool {
+        matches!(self, Self::HorizontalPosition | Self::VerticalPosition)
+    }
+
     /// Whether the group has one axis and observes height, as [`is_biased`](Gates::is_biased) requires.
     pub const fn is_height(self) -> bool {
         matches!(self, Self::VerticalPosition | Self::VerticalVelocity | Self::Baro)
@@ -84,6 +91,28 @@ pub(super) enum Reopening {
     State,
     /// Position and velocity, for a receiver that reports no velocity. The position was not fused for `lost_s`, s.
     Motion { lost_s: f64 },
+}
+
+/// Innovation of a group.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Off {
+    /// Innovation of the first two axes; zero for a missing one.
+    pub axes: [f64; 2],
+    /// One-sigma of the first axis.
+    pub sigma: f64,
+}
+
+impl Off {
+    /// Length of the innovation.
+    fn size(&self) -> f64 {
+        let [first, second] = self.axes;
+        libm::hypot(first, second)
+    }
+
+    /// The axes in single precision.
+    fn single(&self) -> [f32; 2] {
+        self.axes.map(|axis| axis as f32)
+    }
 }
 
 /// Evidence against the receiver from its successive fixes.
@@ -120,6 +149,8 @@ pub(super) struct Gates {
     /// Time for which the receiver's position has been fused, s, since the fix that made the position known.
     position_fused_s: f32,
     drift: PositionDrift,
+    /// Second hypotheses of the horizontal position and of the height.
+    previous: [Previous; 2],
     /// Innovation of the receiver's height when its rejection began, m.
     height_off_m: f32,
     /// Innovation of the receiver's horizontal position when its rejection began, m.
@@ -141,12 +172,6 @@ struct Gate {
     spread: f32,
     /// For a height: mean of recent normalised innovations, which shows their bias.
     bias_sigmas: f32,
-    /// Distance, m, to the previous position, which may still be right, after a position was accepted without other
-    /// evidence. Zero without such an ambiguity.
-    ambiguity_m: f32,
-    /// Time constant, s, with which fused fixes reduce the ambiguity: the time for which the previous position was
-    /// reported.
-    ambiguity_s: u8,
     /// Number of successive rejections; zero while the gate is open.
     rejections: u8,
     /// Whether the present rejections count as errors of a diverged filter.
@@ -159,8 +184,6 @@ impl Gate {
         since: NEVER,
         spread: 0.0,
         bias_sigmas: 0.0,
-        ambiguity_m: 0.0,
-        ambiguity_s: 0,
         rejections: 0,
         filter_has_diverged: false,
     };
@@ -173,16 +196,6 @@ impl Gate {
     /// Whether the gate was open within the last [`ABSENCE_S`].
     fn was_open_lately(&self, time: Time) -> bool {
         time - self.accepted <= ABSENCE_S
-    }
-
-    /// Reduces the ambiguity after another `taken_s` seconds of fused fixes.
-    fn settle(&mut self, taken_s: f32) {
-        if self.ambiguity_m > 0.0 {
-            self.ambiguity_m *= (1.0 - taken_s / f32::from(self.ambiguity_s)).max(0.0);
-            if self.ambiguity_m < AMBIGUITY_MIN_M {
-                self.ambiguity_m = 0.0;
-            }
-        }
     }
 }
 
@@ -200,6 +213,8 @@ const NEWEST: f32 = 0.2;
 const BIASED_SIGMAS: f32 = 1.5;
 /// Bound on each innovation that enters the mean, one-sigmas.
 const MAX_BIAS_SIGMAS: f32 = 5.0;
+/// Minimum number of rejections before a reset to the measurement, at any measurement rate.
+const MIN_REJECTIONS: u8 = 3;
 /// Time constant of the mean innovation, s, for frequent innovations.
 const BIAS_TIME_S: f64 = 2.0;
 /// Mean innovation, in one-sigmas, below which innovations are unbiased.
@@ -214,10 +229,6 @@ const HEADING_S: f64 = 120.0;
 /// Longest time, s, until a height with a constant offset from a barometer is accepted. It is shorter if the previous
 /// height was fused for less time.
 const LEVEL_S: f64 = 120.0;
-/// Largest time constant of the decay of a position ambiguity, s.
-const AMBIGUITY_MAX_S: f32 = position_drift::MAX_MEMORY_S;
-/// Minimum ambiguity, m; a smaller one is set to zero.
-const AMBIGUITY_MIN_M: f32 = 0.1;
 /// Fused time, s, after which a position counts as settled.
 const SETTLED_S: f32 = 5.0;
 /// Longest interval between two fixes, s, that counts towards the fused time of a height or a position.
@@ -233,6 +244,7 @@ impl Gates {
         height_fused_s: 0.0,
         position_fused_s: 0.0,
         drift: PositionDrift::NONE,
+        previous: [Previous::NONE; 2],
         height_off_m: 0.0,
         position_off_m: 0.0,
         contradiction: Contradiction::NONE,
@@ -250,6 +262,7 @@ impl Gates {
         self.height_fused_s = 0.0;
         self.position_fused_s = 0.0;
         self.drift = PositionDrift::NONE;
+        self.previous = [Previous::NONE; 2];
         self.height_off_m = 0.0;
         self.position_off_m = 0.0;
         self.contradiction = Contradiction::NONE;
@@ -304,8 +317,9 @@ impl Gates {
     /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Returns whether such innovations are
     /// biased beyond chance while the other height sensor agrees with the filter. Of receiver and barometer, the sensor
     /// whose innovations become biased first is the one that drifts.
-    pub fn is_biased(&mut self, group: Group, time: Time, [off, sigma]: [f64; 2]) -> bool {
-        let normalised = off / sigma;
+    pub fn is_biased(&mut self, group: Group, time: Time, off: &Off) -> bool {
+        let [innovation, _] = off.axes;
+        let normalised = innovation / off.sigma;
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
         let newest = NEWEST.min(((time - gate.accepted) / BIAS_TIME_S) as f32);
         gate.bias_sigmas += newest
@@ -336,29 +350,45 @@ impl Gates {
         self.is_open(group, time) && !(is_biased || denies)
     }
 
-    /// Notes an acceptance; `spread` is the mean of the squared normalised innovations.
-    pub fn accepted(&mut self, group: Group, time: Time, spread: f64) {
-        if let Some(gate) = self.gates.get_mut(group as usize) {
-            let since_s = ((time - gate.accepted) as f32).clamp(0.0, MAX_BETWEEN_S);
-            match group {
-                Group::VerticalPosition if gate.was_open() => self.height_fused_s += since_s,
-                Group::HorizontalPosition if gate.was_open() => {
-                    self.position_fused_s += since_s;
-                    self.drift.forget(since_s, self.position_fused_s);
-                }
-                _ => {}
+    /// Notes an acceptance with innovation `off`; `spread` is the mean of the squared normalised innovations. A position
+    /// may be accepted after rejections only because the filter has become less certain. Then the filter's position
+    /// becomes the second hypothesis.
+    pub fn accepted(&mut self, group: Group, time: Time, off: &Off, spread: f64) {
+        let reported_s = self.reported_s(group);
+        let Some(gate) = self.gates.get_mut(group as usize) else { return };
+        let since_s = ((time - gate.accepted) as f32).clamp(0.0, MAX_BETWEEN_S);
+        let (was_open, rejections) = (gate.was_open(), gate.rejections);
+        gate.accepted = time;
+        gate.rejections = 0;
+        gate.spread += NEWEST * (spread as f32 - gate.spread);
+        if let Some(previous) = self.previous(group) {
+            previous.forget(since_s);
+            if rejections >= MIN_REJECTIONS {
+                previous.leave(off.single(), reported_s, false);
             }
-            gate.accepted = time;
-            gate.rejections = 0;
-            gate.settle(since_s);
-            gate.spread += NEWEST * (spread as f32 - gate.spread);
+        }
+        match group {
+            Group::VerticalPosition if was_open => self.height_fused_s += since_s,
+            Group::HorizontalPosition if was_open => {
+                self.position_fused_s += since_s;
+                self.drift.forget(since_s, self.position_fused_s);
+            }
+            _ => {}
         }
     }
 
-    /// Notes the shift, m, north and east, by which a fix has moved the expected position of the next fix. Positions
-    /// drift from their velocity once the sum of such shifts exceeds `least_m` while the velocity was fused too. The
-    /// drift ends when the sum falls below half of `least_m`. During the drift, the position at its start is a second
-    /// hypothesis. Returns the drift, m; zero without a drift.
+    /// Notes the shift, m, north, east and down, by which a fix has moved the expected position of the next fix. It does
+    /// not move the second hypotheses.
+    pub fn shift_position(&mut self, [north_m, east_m, down_m]: [f32; 3]) {
+        let [level, vertical] = &mut self.previous;
+        level.shift([north_m, east_m]);
+        vertical.shift([down_m, 0.0]);
+    }
+
+    /// Whether positions drift from their velocity, after another shift by a fix, m, north and east. They do once the
+    /// sum of such shifts exceeds `least_m` while the velocity was fused too. The drift ends when the sum falls below
+    /// half of `least_m`. During the drift, the position at its start is a second hypothesis. Returns the drift, m; zero
+    /// without a drift.
     ///
     /// # Source
     /// Equation (K25) of docs/equations.md.
@@ -372,7 +402,12 @@ impl Gates {
             self.drift.add(moved_m);
         }
         self.drift.judge(least_m);
-        self.drift.drifted_m()
+        let drifted_m = self.drift.drifted_m();
+        if drifted_m > 0.0 {
+            let [level, _] = &mut self.previous;
+            level.keep(self.drift.to_start_m(), self.position_fused_s, false);
+        }
+        drifted_m
     }
 
     /// Adds a shift of the expected position of the next fix, north and east, m. The shift has another cause than the
@@ -386,27 +421,44 @@ impl Gates {
         self.drift = PositionDrift::NONE;
     }
 
-    /// Distances, m, horizontal and vertical, to a previous position and height that may still be right.
+    /// Distances, m, horizontal and vertical, to a previous position and height, each times the weight with which it may
+    /// still be right.
     pub fn ambiguity_m(&self) -> [f32; 2] {
-        let [level_m, vertical_m] = [Group::HorizontalPosition, Group::VerticalPosition]
-            .map(|group| self.gate(group).ambiguity_m);
-        [level_m.max(self.drift.drifted_m()), vertical_m]
+        self.previous.map(|previous| previous.ambiguity_m())
     }
 
-    /// Notes a rejected position, `off_m` from that of the filter. Before the first accepted fix, the start position or
-    /// the fix may be right. The difference is then stored as an ambiguity.
-    pub fn doubt_start(&mut self, group: Group, off_m: f64) {
-        let is_position = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
-        let Some(gate) = self.gates.get_mut(group as usize) else { return };
-        if is_position && !gate.was_open() {
-            (gate.ambiguity_m, gate.ambiguity_s) = (gate.ambiguity_m.max(off_m as f32), 1);
+    /// The second hypothesis of a position.
+    fn previous(&mut self, group: Group) -> Option<&mut Previous> {
+        let [level, vertical] = &mut self.previous;
+        match group {
+            Group::HorizontalPosition => Some(level),
+            Group::VerticalPosition => Some(vertical),
+            _ => None,
+        }
+    }
+
+    /// Time for which positions of the group were fused, s; zero for other groups.
+    fn reported_s(&self, group: Group) -> f32 {
+        match group {
+            Group::HorizontalPosition => self.position_fused_s,
+            Group::VerticalPosition => self.height_fused_s,
+            _ => 0.0,
+        }
+    }
+
+    /// Notes a rejected position. Before the first accepted fix, the start position or the fix may be right: the fix
+    /// becomes the second hypothesis.
+    pub fn doubt_start(&mut self, group: Group, off: &Off) {
+        let was_open = self.gate(group).was_open();
+        if let Some(previous) = self.previous(group).filter(|_| !was_open) {
+            previous.keep(off.single(), 1.0, true);
         }
     }
 
     /// Drops the second hypothesis of a position to which the filter was reset.
     pub fn forget_previous(&mut self, group: Group) {
-        if let Some(gate) = self.gates.get_mut(group as usize) {
-            (gate.ambiguity_m, gate.ambiguity_s) = (0.0, 0);
+        if let Some(previous) = self.previous(group) {
+            *previous = Previous::NONE;
         }
     }
 

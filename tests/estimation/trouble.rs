@@ -116,19 +116,15 @@ fn a_place_that_is_false_for_a_minute_lies_within_three_sigma_of_where_the_vehic
     // For comparison: the filter could set the one-sigma of a fix when it adopts the position. Then only 87 to 92 % of
     // the time would be within 3 sigma.
     let outside = |outcome: &Outcome| 1.0 - outcome.measures.inside_position;
-    for flight in [&HELI_HOVER, &SIMULATED] {
-        assert!(worst(&outcomes(flight, "glitch-step=60@60:60"), outside) < 0.03);
+    // 10 m may be accepted before they are reset to: the filter becomes less certain while it rejects.
+    for (flight, step, max) in [
+        (&HELI_HOVER, "glitch-step=60@60:60", 0.03),
+        (&SIMULATED, "glitch-step=60@60:60", 0.03),
+        (&HELI_HOVER, "glitch-step=10@60:60", 0.03),
+        (&SIMULATED, "glitch-step=10@60:60", 0.04),
+    ] {
+        assert!(worst(&outcomes(flight, step), outside) < max);
     }
-    let mut outcomes = outcomes(&HELI_HOVER, "glitch-step=10@60:60");
-    outcomes.retain(|outcome| outcome.seed == 1);
-    assert!(worst(&outcomes, outside) < 0.03);
-}
-
-#[test]
-#[ignore = "of a step of 10 m to the north-east 10 % of the flight are outside 3 sigma"]
-fn a_place_that_is_false_by_ten_metres_lies_within_three_sigma_in_every_direction() {
-    let outside = |outcome: &Outcome| 1.0 - outcome.measures.inside_position;
-    assert!(worst(&outcomes(&HELI_HOVER, "glitch-step=10@60:60"), outside) < 0.03);
 }
 
 #[test]

@@ -39,6 +39,11 @@ impl PositionDrift {
             libm::hypotf(north, east) > if self.is_drifting { 0.5 * least_m } else { least_m };
     }
 
+    /// Offset of the position at the start of the drift, m, north and east.
+    pub fn to_start_m(&self) -> [f32; 2] {
+        self.moved_m.map(|moved_m| -moved_m)
+    }
+
     /// Drift of the positions, m; zero without a drift.
     pub fn drifted_m(&self) -> f32 {
         let [north, east] = self.moved_m;

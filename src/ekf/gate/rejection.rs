@@ -2,11 +2,12 @@
 //! measurement, and the states to reset.
 
 use super::super::config::GateConfig;
-use super::{AMBIGUITY_MAX_S, Gate, Gates, Group, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, Reopening};
+use super::previous::Previous;
+use super::{
+    Gate, Gates, Group, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, MIN_REJECTIONS, Off, Reopening,
+};
 use crate::time::Time;
 
-/// Minimum number of rejections before a reset to the measurement, at any measurement rate.
-const MIN_REJECTIONS: u8 = 3;
 /// Time, s, for which the filter is suspect after a reset of its velocity.
 const DIVERGED_S: f64 = super::SUSPECT_TIME_S;
 /// Largest spread of a filter that had not diverged before the first rejection.
@@ -35,30 +36,25 @@ struct Evidence {
     grows: bool,
     /// Headings only: another source confirms the filter's heading.
     is_confirmed: bool,
-    /// Positions only: the fix is within reach of the second hypothesis, the position before the last reset.
-    may_be_at_previous: bool,
+    /// Positions only: the fix is at the second hypothesis.
+    is_at_previous: bool,
 }
 
 impl Gates {
-    /// Notes a rejection. `off` holds the innovation and its one-sigma; the one-sigma is zero except for a
-    /// [height](Group::is_height). Returns the states to reset to the measurement, if any.
+    /// Notes a rejection. Returns the states to reset to the measurement, if any.
     pub fn note_rejection(
         &mut self,
         group: Group,
         time: Time,
-        off: [f64; 2],
+        off: &Off,
         config: &GateConfig,
     ) -> Option<Reopening> {
         let evidence = self.evidence(group, time, off, config);
-        let reported_s = match group {
-            Group::HorizontalPosition => self.position_fused_s,
-            Group::VerticalPosition => self.height_fused_s,
-            _ => 0.0,
-        };
+        let reported_s = self.reported_s(group);
         let forbidden = (evidence.baro_agrees && !evidence.baro_level_is_ambiguous)
             || self.contradiction.forbids_reset(group);
         let gate = self.gates.get_mut(group as usize)?;
-        gate.count_rejection(group, time, off[0], &evidence);
+        gate.count_rejection(group, time, off.size(), &evidence);
         let rejection_time_s =
             gate.rejection_time_s(group, f64::from(reported_s), &evidence, config);
         let reopens = !forbidden
@@ -68,7 +64,16 @@ impl Gates {
             return None;
         }
         let lost_s = time - if gate.was_open() { gate.accepted } else { gate.since };
-        gate.reopen(group, time, off[0], reported_s, &evidence);
+        let filter_had_diverged = gate.filter_has_diverged;
+        *gate = Gate { accepted: time, ..Gate::NONE };
+        if let Some(previous) = self.previous(group) {
+            if filter_had_diverged && !evidence.baro_level_is_ambiguous && !evidence.is_at_previous
+            {
+                *previous = Previous::NONE;
+            } else {
+                previous.leave(off.single(), reported_s, true);
+            }
+        }
         match group {
             Group::VerticalPosition => self.height_fused_s = 0.0,
             Group::HorizontalPosition => {
@@ -95,13 +100,7 @@ impl Gates {
         self.diverged_until = time + DIVERGED_S;
     }
 
-    fn evidence(
-        &mut self,
-        group: Group,
-        time: Time,
-        off: [f64; 2],
-        config: &GateConfig,
-    ) -> Evidence {
+    fn evidence(&mut self, group: Group, time: Time, off: &Off, config: &GateConfig) -> Evidence {
         let baro_agrees = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
             && self.agrees(Group::Baro, time);
         let velocity_was_reset = self.were_reopened(time);
@@ -125,9 +124,9 @@ impl Gates {
                 _ => false,
             },
             without_velocity,
-            grows: without_velocity && self.grows(group, off[0]),
+            grows: without_velocity && self.grows(group, off.size()),
             is_confirmed: self.is_heading_confirmed(group, time),
-            may_be_at_previous: self.may_be_back(group, off[0], config),
+            is_at_previous: self.is_back(group, off, config),
         }
     }
 
@@ -143,9 +142,10 @@ impl Gates {
         off_m > f64::from(GROWN * self.position_off_m)
     }
 
-    /// Whether a position lies within reach of the second hypothesis.
-    fn may_be_back(&self, group: Group, off_m: f64, config: &GateConfig) -> bool {
-        off_m.abs() <= config.sigmas * f64::from(self.gate(group).ambiguity_m)
+    /// Whether a position lies at the second hypothesis.
+    fn is_back(&mut self, group: Group, off: &Off, config: &GateConfig) -> bool {
+        let limit_m = config.sigmas * off.sigma;
+        self.previous(group).is_some_and(|previous| previous.is_at(off.axes, limit_m))
     }
 
     /// Whether a group is a position of a receiver that does not report its velocity.
@@ -160,16 +160,12 @@ impl Gates {
 
     /// Whether a height that disagrees with a barometer keeps the offset from the start of its rejection. Then only the
     /// barometer's level is ambiguous, not the motion. If the offset changes, the rejection starts again.
-    fn is_baro_level_ambiguous(
-        &mut self,
-        time: Time,
-        [off_m, sigma_m]: [f64; 2],
-        config: &GateConfig,
-    ) -> bool {
+    fn is_baro_level_ambiguous(&mut self, time: Time, off: &Off, config: &GateConfig) -> bool {
         let moves = !self.is_open(Group::VerticalVelocity, time);
         let Some(gate) = self.gates.get_mut(Group::VerticalPosition as usize) else { return false };
+        let [off_m, _] = off.axes;
         let moved_m = off_m - f64::from(self.height_off_m);
-        let is_steady = moved_m.abs() <= config.sigmas * sigma_m;
+        let is_steady = moved_m.abs() <= config.sigmas * off.sigma;
         if gate.rejections == 0 || !is_steady {
             self.height_off_m = off_m as f32;
             gate.since = time;
@@ -188,7 +184,7 @@ impl Gate {
             let was_open_lately = self.was_open_lately(time);
             // No divergence of the filter makes a position jump while the velocity agrees.
             let reach_m = JUMP_M + JUMP_MPS * (time - self.accepted);
-            let jumped = group == Group::HorizontalPosition
+            let jumped = group.is_position()
                 && evidence.velocity_agrees
                 && was_open_lately
                 && off.abs() > reach_m;
@@ -215,7 +211,7 @@ impl Gate {
             Group::Heading | Group::BaselineHeading => HEADING_S,
             // A distance that jumped and stays comes from other ground.
             Group::Range => config.recovery_s,
-            _ if evidence.may_be_at_previous => config.recovery_s,
+            _ if evidence.is_at_previous => config.recovery_s,
             _ if evidence.baro_agrees => reported_s.min(LEVEL_S).max(config.fault_s),
             _ if self.filter_has_diverged => config.recovery_s,
             // A position that jumped keeps a constant offset; a diverged filter moves away from it.
@@ -227,27 +223,5 @@ impl Gate {
             _ if evidence.velocity_agrees => config.fault_s,
             _ => config.lockout_s,
         }
-    }
-
-    /// Renews the gate for a reset to a measurement with innovation `off`. A position may have no other evidence than
-    /// its repetition. Then the previous position stays a second hypothesis, which decays with time constant
-    /// `reported_s`.
-    fn reopen(&mut self, group: Group, time: Time, off: f64, reported_s: f32, evidence: &Evidence) {
-        let off_m = off.abs() as f32;
-        let is_place = matches!(group, Group::HorizontalPosition | Group::VerticalPosition);
-        let reported_s = reported_s.clamp(1.0, AMBIGUITY_MAX_S) as u8;
-        let (ambiguity_m, ambiguity_s) = if evidence.may_be_at_previous && self.ambiguity_m > 0.0 {
-            // The fix may be at the previous position or at a third one: only the size of the offset is stored.
-            (self.ambiguity_m.max(off_m), self.ambiguity_s)
-        } else if is_place
-            && (evidence.baro_level_is_ambiguous
-                || evidence.may_be_at_previous
-                || !self.filter_has_diverged)
-        {
-            (off_m, reported_s)
-        } else {
-            (0.0, 0)
-        };
-        *self = Self { accepted: time, ambiguity_m, ambiguity_s, ..Self::NONE };
     }
 }

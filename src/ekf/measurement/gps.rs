@@ -152,11 +152,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let sensitivities = Sensitivities::Fix(&sensitivity);
         let is_absent = self.gates.is_absent(Group::HorizontalPosition, fix.time);
         let moved_m = self.compare(fix.time, &axes, sensitivities, report, trace);
+        self.gates.shift_position(moved_m);
         if is_absent {
             // No position came recently. Meanwhile the vehicle's own motion moved the expected position.
             self.gates.reset_position_drift();
         } else if self.config.mechanisms.drifting_positions && L::GPS_POSITION.is_some() {
-            report.position_drift_m = self.note_position_drift(fix, moved_m);
+            report.position_drift_m = self.note_position_drift(fix, [moved_m[0], moved_m[1]]);
         }
         report.contradicts = self.samples.self_contradiction.is_proven() && report.any_rejected();
         if report.contradicts {

@@ -3,7 +3,7 @@
 
 use super::super::covariance::{Gain, Joint, Sensitivities, Sensitivity};
 use super::super::filter::Ekf;
-use super::super::gate::{Group, Reopening};
+use super::super::gate::{Group, Off, Reopening};
 use super::super::innovation::{Channel, Innovation, Verdict};
 use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use super::super::scalar::Scalar;
@@ -72,8 +72,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Compares one axis after the other, gates it and corrects the state. Each group is rejected or accepted as a
     /// whole. The outcome is written to `report`, which is empty before: it is large, and returning it would copy it.
     ///
-    /// Returns the shift, m, north and east, of the expected position of the next fix. It is the shift of the position
-    /// plus that of its slow error.
+    /// Returns the shift, m, north, east and down, of the expected position of the next fix. It is the shift of the
+    /// position plus that of its slow error.
     ///
     /// # Source
     /// Equation (K8) of docs/equations.md.
@@ -86,7 +86,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         sensitivities: Sensitivities<'_, T>,
         report: &mut Report,
         trace: &mut impl Trace<T, N>,
-    ) -> [f32; 2] {
+    ) -> [f32; 3] {
         let innovations =
             axes.each_ref().map(|axis| axis.as_ref().map_or(T::ZERO, |axis| axis.innovation));
         let groups = axes.each_ref().map(|axis| axis.as_ref().map(|axis| axis.channel.group()));
@@ -123,27 +123,25 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let members = first..end.min(axes.len());
             first = end;
             let Some(group) = groups[members.start] else { continue };
-            let (mut largest, mut sum, mut farthest) = (T::ZERO, T::ZERO, T::ZERO);
+            let (mut largest, mut sum) = (T::ZERO, T::ZERO);
             for index in members.clone() {
                 let variance = joint.variance(index) + noise[index];
                 let normalised = square(joint.innovation(index)) / variance;
                 largest = largest.max(normalised);
                 sum += normalised;
-                farthest = farthest.max(joint.innovation(index).abs());
             }
             if group == Group::Own {
                 largest = joint.largest_in_turn(members.clone(), &noise);
             }
             let at = members.start;
-            let off = match group {
-                _ if group.is_height() => {
-                    [joint.innovation(at), joint.sigma(at, noise[at])].map(Scalar::wide)
-                }
-                _ => [farthest.wide(), 0.0],
+            let second = if members.len() > 1 { joint.innovation(at + 1) } else { T::ZERO };
+            let off = Off {
+                axes: [joint.innovation(at), second].map(Scalar::wide),
+                sigma: joint.sigma(at, noise[at]).wide(),
             };
             let is_biased = self.config.mechanisms.biased_heights
                 && group.is_height()
-                && self.gates.is_biased(group, time, off);
+                && self.gates.is_biased(group, time, &off);
             let fits = largest <= square(T::of(self.config.gate.sigmas))
                 && !is_biased
                 && (!self.gates.is_contradicted(group) || are_near(is_vertical(at)));
@@ -152,10 +150,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     self.judge_position(joint.variance(at).wide(), noise[at].wide());
                 }
                 let count = members.len() as f64;
-                self.gates.accepted(group, time, sum.wide() / count);
+                self.gates.accepted(group, time, &off, sum.wide() / count);
                 Verdict::Accepted
             } else if let Some(reopening) =
-                self.gates.note_rejection(group, time, off, &self.config.gate)
+                self.gates.note_rejection(group, time, &off, &self.config.gate)
             {
                 if !self.config.mechanisms.previous_position {
                     self.gates.forget_previous(group);
@@ -171,7 +169,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 Verdict::Reset
             } else {
                 if self.config.mechanisms.previous_position {
-                    self.gates.doubt_start(group, off[0].abs());
+                    self.gates.doubt_start(group, &off);
                 }
                 Verdict::Rejected
             };
@@ -190,11 +188,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         report.covariance_reset = self.correct(joint.correction());
         if report.covariance_reset {
             trace.reset(0..N);
-            return [0.0; 2];
+            return [0.0; 3];
         }
         trace.corrected(joint.correction());
         let at = |state: usize| joint.correction().get(state).map_or(0.0, |&moved| single(moved));
-        [0, 1]
+        [0, 1, 2]
             .map(|axis| at(POSITION + axis) + L::GPS_POSITION.map_or(0.0, |first| at(first + axis)))
     }
 

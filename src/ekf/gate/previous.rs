@@ -1,0 +1,77 @@
+//! Second hypothesis of a position.
+
+use super::position_drift::MAX_MEMORY_S;
+
+/// Position, horizontal or vertical, that may be right in place of the filter's: the one that the filter left for the
+/// position of a fix, without other evidence.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Previous {
+    /// Offset from the position that the filter expects of the next fix, m: north and east, or down and zero.
+    offset_m: [f32; 2],
+    /// Weight, 0 to 1. It decreases while fixes at the filter's position are fused.
+    weight: f32,
+    /// Time constant of the decrease, s: the time for which fixes at this position were fused.
+    reported_s: f32,
+    /// Whether a fix at this position resets the filter to it. Otherwise the filter left it in ordinary updates, which
+    /// moved its slow position errors too.
+    can_return: bool,
+}
+
+/// Minimum distance, m; a nearer position is no second hypothesis.
+const MIN_M: f32 = 0.1;
+/// Minimum weight of a position to which fixes may return.
+const MIN_WEIGHT: f32 = 0.2;
+
+impl Previous {
+    pub const NONE: Self =
+        Self { offset_m: [0.0; 2], weight: 0.0, reported_s: 1.0, can_return: false };
+
+    /// Distance to the filter's position, m, times the weight.
+    pub fn ambiguity_m(&self) -> f32 {
+        self.weight * length(self.offset_m)
+    }
+
+    /// Replaces the hypothesis by a position at this offset, for which `reported_s` s of fixes were fused. Of the two,
+    /// the one with the larger ambiguity stays.
+    pub fn keep(&mut self, offset_m: [f32; 2], reported_s: f32, can_return: bool) {
+        if length(offset_m) > self.ambiguity_m() {
+            let reported_s = reported_s.clamp(1.0, MAX_MEMORY_S);
+            *self = Self { offset_m, weight: 1.0, reported_s, can_return };
+        }
+    }
+
+    /// Keeps the filter's present position, for which `reported_s` s of fixes were fused, before the filter moves by
+    /// about `off_m`, in a reset or not. The earlier hypothesis stays if its ambiguity is larger after that.
+    pub fn leave(&mut self, off_m: [f32; 2], reported_s: f32, in_reset: bool) {
+        self.shift(off_m);
+        self.keep(off_m.map(|off_m| -off_m), reported_s, in_reset);
+        self.shift(off_m.map(|off_m| -off_m));
+    }
+
+    /// Notes that fixes moved the filter's position, m.
+    pub fn shift(&mut self, moved_m: [f32; 2]) {
+        for (offset, moved) in self.offset_m.iter_mut().zip(moved_m) {
+            *offset -= moved;
+        }
+    }
+
+    /// Lets the weight decrease by another `fused_s` of fused fixes.
+    pub fn forget(&mut self, fused_s: f32) {
+        self.weight *= (1.0 - fused_s / self.reported_s).max(0.0);
+        if self.ambiguity_m() < MIN_M {
+            *self = Self::NONE;
+        }
+    }
+
+    /// Whether a fix at `off_m` from the filter's position, within `limit_m` of this position, resets the filter to it.
+    pub fn is_at(&self, [north_m, east_m]: [f64; 2], limit_m: f64) -> bool {
+        let [north, east] = self.offset_m.map(f64::from);
+        self.can_return
+            && self.weight > MIN_WEIGHT
+            && libm::hypot(north_m - north, east_m - east) <= limit_m
+    }
+}
+
+fn length([north, east]: [f32; 2]) -> f32 {
+    libm::hypotf(north, east)
+}
