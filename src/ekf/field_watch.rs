@@ -127,9 +127,9 @@ impl FieldWatch {
         self.usual.level + self.usual.down.abs() > 0.0
     }
 
-    /// Feeds a field resolved with an attitude of this `uncertainty`. Returns a change from the field at the last
-    /// heading variance increase if it exceeds scatter and attitude error. Each event of a disturbance is returned too:
-    /// see [`Turn`].
+    /// Feeds a field that was resolved with an attitude of this `uncertainty`. The reference is the field at the last
+    /// increase of the heading variance. Returns the change from the reference if it exceeds the scatter and the
+    /// attitude error. Also returns the start and the end of a disturbance: see [`Turn`].
     ///
     /// # Source
     /// Equation (M15) of docs/equations.md.

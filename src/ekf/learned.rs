@@ -31,8 +31,8 @@ pub struct Learned {
     pub gps_wander: Option<[f32; 4]>,
     /// Slow error of the source of heading: one-sigma, rad, and correlation time, s.
     pub heading_wander: [f64; 2],
-    /// Antenna offset from its declared position, body axes, m. Then the remaining variance of the horizontal velocity
-    /// per (rad/s)² of turn rate, m² (M16).
+    /// Offset of the antenna from its declared position, body axes, m; and variance of the horizontal velocity that this
+    /// offset leaves unexplained, per (rad/s)² of turn rate, m² (M16).
     pub antenna: ([f64; 3], f32),
     /// Mean square swing of the difference between attitude reference and filter, in tilt and heading, rad² (M8).
     pub attitude_swing: [f64; 2],

@@ -69,7 +69,8 @@ struct Usual {
 impl Usual {
     const NONE: Self = Self { mean_squares: [0.0; 2], learned_s: 0.0 };
 
-    /// Limits of a usual change, horizontal and vertical: the stated one-sigmas or the mean squares, whichever is less.
+    /// Limits, horizontal and vertical, of a usual change from fix to fix: [`SIGMAS`] times the stated one-sigma or
+    /// [`LEARNED`] times the learned root mean square, whichever is less.
     fn limits(&self, [sigma, _, sigma_down]: [f64; 3]) -> [f64; 2] {
         let stated = [sigma, sigma_down].map(|sigma| SIGMAS * sigma);
         if self.learned_s < LEARNED_S {

@@ -126,9 +126,9 @@ pub struct Judged {
 }
 
 impl Log {
-    /// Estimates the log, read from `path`, with `changes`. `pass` runs the filter, usually by [`Pass::over`]. It runs
-    /// again if the first pass shows that a heading sensor contradicts the fixes, unless `once`. For a flight record no
-    /// sensor is ignored, so that its replay has the sensors of the flight.
+    /// Estimates the log, read from `path`, with `changes`. `pass` runs the filter, usually by [`Pass::over`]. If
+    /// the first pass shows that a heading sensor contradicts the fixes, `pass` runs again without that sensor, unless
+    /// `once`. A flight record has no second pass: its replay has the sensors of the flight.
     ///
     /// # Errors
     /// [`check_fitness`] and [`Dataset::settings`]; [`LogError::Unusable`] if the alignment did not end; the

@@ -23,8 +23,8 @@ pub struct Set {
 pub struct Windows {
     /// Length of each window, s.
     pub duration_s: f64,
-    /// The windows that `docs/validation.md` names: start of the first, s on the set's clock, interval of the starts,
-    /// s, and number of windows.
+    /// The windows that `docs/validation.md` names: the time of the first start (s, clock of the set), the interval
+    /// between starts (s), and the number of windows.
     pub documented: Option<(f64, f64, u32)>,
 }
 

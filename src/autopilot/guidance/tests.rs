@@ -80,7 +80,7 @@ fn a_heading_that_is_held_goes_along_with_its_revision_and_a_given_one_stays() {
     solution.heading_revision_rad = -0.3;
     guidance.engage(&solution, 3.1);
     assert_abs_diff_eq!(guidance.step(&solution, 3.1, trusted).heading_rad, 3.1, epsilon = 1e-9);
-    // A revision by 0.1 rad across the ±π wrap, without a commanded turn.
+    // The revision changes by another 0.1 rad while the heading crosses ±π; no turn is commanded.
     solution.heading_revision_rad = -0.2;
     let asked = guidance.step(&solution, wrap_angle(3.2), trusted);
     assert!((asked.heading_rad - wrap_angle(3.2)).abs() < 1e-9, "{asked:?}");

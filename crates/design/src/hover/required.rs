@@ -255,8 +255,8 @@ pub struct PerturbedStability {
 }
 
 impl PerturbedStability {
-    /// Number of stable models with `gains` among 500 whose derivatives change independently by up to 20 %; kinematics
-    /// and gravity stay unchanged. The search uses other models.
+    /// Varies the derivatives of `model` 500 times, each by up to 20 %, and counts the variants that are stable with
+    /// `gains`. Kinematics and gravity stay unchanged. The search for the gains uses other variants.
     ///
     /// # Errors
     /// [`DesignError`] where the loops cannot be closed around `model`.

@@ -90,7 +90,7 @@ impl CycleTimer {
         Some(CycleTiming { work_s, woke_late, on_time })
     }
 
-    /// Reports the end of a wait, by bytes or at the `requested` time.
+    /// Reports the end of a wait: bytes arrived (`None`), or the `requested` time came.
     pub fn end_wait(&mut self, now: Time, requested: Option<Time>) {
         self.wait_ended = now;
         if let Some(requested) = requested {
