@@ -663,6 +663,8 @@ typedef struct HovernavMechanisms {
     uint32_t bias_steps;
     // Learned one-sigmas of the fixes, from their innovations (M7).
     uint32_t fix_errors;
+    // Learned white noise of the positions of fixes without velocity, from their second differences (M21).
+    uint32_t position_scatter;
     // Heading information only from horizontal force that exceeds its own error (K23).
     uint32_t level_force;
     // Larger uncertainty of the accelerometer biases while vibration changes (K24).

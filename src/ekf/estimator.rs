@@ -416,9 +416,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         if let Some(search) = self.search.bank() {
             let filter = &self.filter;
+            let sigmas = filter.fix_sigmas(fix);
             let receiver = Receiver {
                 model: &filter.config.gps,
-                sigmas: filter.fix_sigmas(fix),
+                sigmas,
+                scatter_m2: filter.position_scatter.variances_m2(sigmas.0),
                 antenna: filter.mounting.antenna_from_imu().cast(),
                 bias_radps: filter.imu_errors().gyro_bias_radps,
             };

@@ -21,6 +21,7 @@ use super::layout::{self, ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VEL
 use super::level_force::LevelForce;
 use super::motion_sum::MotionSum;
 use super::net_turn::NetTurn;
+use super::position_scatter::PositionScatter;
 use super::prediction::{ImuFault, Prediction, ResetCause};
 use super::rectification::Rectification;
 use super::scalar::Scalar;
@@ -128,6 +129,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     /// Learned variances of the GPS errors, relative to the stated or configured ones: position, horizontal velocity
     /// and vertical velocity.
     pub(super) gps_learned: [f32; 3],
+    pub(super) position_scatter: PositionScatter,
     pub(super) net_turn: NetTurn<T>,
     pub(super) level_force: LevelForce<T>,
     pub(super) antenna: AntennaOffset,
@@ -177,6 +179,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             angular_rate_radps: Vector::ZERO,
             unrelaxed_s: T::ZERO,
             gps_learned: [1.0; 3],
+            position_scatter: PositionScatter::NONE,
             net_turn: NetTurn::NONE,
             level_force: LevelForce::NONE,
             antenna: AntennaOffset::BEFORE_FIRST_TURN,
@@ -208,6 +211,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.angular_rate_radps = Vector::ZERO;
         self.unrelaxed_s = T::ZERO;
         self.gps_learned = [1.0; 3];
+        self.position_scatter = PositionScatter::NONE;
         self.net_turn = NetTurn::NONE;
         self.level_force = LevelForce::NONE;
         self.antenna = AntennaOffset::BEFORE_FIRST_TURN;

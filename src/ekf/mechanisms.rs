@@ -59,6 +59,8 @@ switches! {
         bias_steps,
         /// Learned one-sigmas of the fixes, from their innovations (M7).
         fix_errors,
+        /// Learned white noise of the positions of fixes without velocity, from their second differences (M21).
+        position_scatter,
         /// Heading information only from horizontal force that exceeds its own error (K23).
         level_force,
         /// Larger uncertainty of the accelerometer biases while vibration changes (K24).

@@ -28,6 +28,7 @@ mod measurement;
 mod mechanisms;
 mod motion_sum;
 mod net_turn;
+mod position_scatter;
 mod prediction;
 mod process;
 mod rectification;

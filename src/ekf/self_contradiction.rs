@@ -279,6 +279,11 @@ impl<T: Scalar> SelfContradiction<T> {
         (self.last, self.felt_mps, self.in_part) = (Some(reading), Vector::ZERO, false);
     }
 
+    /// Largest recent accelerations, horizontal and vertical, m/s².
+    pub const fn agility_mps2(&self) -> [f32; 2] {
+        self.agility_mps2
+    }
+
     /// Updates the largest recent accelerations with a measured change of velocity.
     fn note_agility(&mut self, moved_mps: Vector<Ned>, interval_s: f64) {
         let [north, east, down] = moved_mps.to_array();

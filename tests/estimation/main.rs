@@ -39,3 +39,4 @@ mod trouble;
 mod unaided;
 mod unfound_heading;
 mod wheels;
+mod white_positions;

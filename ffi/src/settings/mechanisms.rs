@@ -20,6 +20,8 @@ pub struct Mechanisms {
     pub bias_steps: u32,
     /// Learned one-sigmas of the fixes, from their innovations (M7).
     pub fix_errors: u32,
+    /// Learned white noise of the positions of fixes without velocity, from their second differences (M21).
+    pub position_scatter: u32,
     /// Heading information only from horizontal force that exceeds its own error (K23).
     pub level_force: u32,
     /// Larger uncertainty of the accelerometer biases while vibration changes (K24).
@@ -83,7 +85,7 @@ macro_rules! switches {
 }
 
 switches! {
-    rest rested_bias excess_noise bias_steps fix_errors level_force rectification antenna_offset
+    rest rested_bias excess_noise bias_steps fix_errors position_scatter level_force rectification antenna_offset
     wheels self_contradiction biased_heights drifting_positions previous_position repeated_fixes
     heading_monitor confirmed_heading lost_level field_monitor attitude_monitor barometer_scatter
     barometer_wind shocks clipping stuck_axes stuck_samples interpolated_samples

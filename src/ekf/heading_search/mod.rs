@@ -120,6 +120,8 @@ pub(super) struct Receiver<'a, T> {
     pub model: &'a GpsModel,
     /// One-sigmas of position, m, and velocity, m/s, NED.
     pub sigmas: ([f64; 3], [f64; 3]),
+    /// Variance of the white noise of positions that the second differences of the fixes show, NED, m².
+    pub scatter_m2: [f64; 3],
     /// Lever arm from the inertial unit to the antenna.
     pub antenna: LeverArm<T>,
     /// Gyro bias that the filter subtracts from the rates, rad/s.
@@ -389,7 +391,8 @@ impl<T: Scalar> HeadingSearch<T> {
                 return None;
             }
             let sigma_m = at(&position_m, axis);
-            let variance = (2.0 * (1.0 - share) + wandered) * square(sigma_m) + floor;
+            let white = ((1.0 - share) * square(sigma_m)).max(at(&receiver.scatter_m2, axis));
+            let variance = 2.0 * white + wandered * square(sigma_m) + floor;
             let value = at(&moved_m, axis) / interval_s;
             finite(value, variance / square(interval_s))
         });

@@ -123,6 +123,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         self.relax(trace);
         let sigmas = self.fix_sigmas(fix);
+        if self.config.mechanisms.position_scatter && fix.horizontal_velocity_mps.is_none() {
+            let agility_mps2 = self.samples.self_contradiction.agility_mps2();
+            self.position_scatter.push(fix, sigmas.0, agility_mps2);
+        }
         let noise = self.gps_noise(fix, sigmas, trace);
         self.judge_readings(fix, sigmas, earth.gravity_mps2.wide());
         if velocity_then.hidden_s > T::ZERO {

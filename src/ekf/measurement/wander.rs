@@ -35,10 +35,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let white = sigma.map(|sigma| ((1.0 - slow * slow) * square(sigma)).max(square(floor)));
             ([slow * sigma[0].max(sigma[1]), slow * sigma[2]], white)
         };
-        let ([position_h, position_v], position_variance) =
+        let ([position_h, position_v], mut position_variance) =
             split(L::GPS_POSITION, model.position_wander_share, position, model.position_floor_m);
         let ([velocity_h, velocity_v], velocity_variance) =
             split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
+        let scatter_m2 = self.position_scatter.variances_m2(position);
+        for (variance, scatter) in position_variance.iter_mut().zip(scatter_m2) {
+            *variance = variance.max(scatter);
+        }
         let mut wander = [position_h, position_v, velocity_h, velocity_v];
         match self.gps_wander.map(|before| before.map(f64::from)) {
             Some(before) => {

@@ -1,0 +1,128 @@
+//! White noise of the positions of a receiver that reports no velocity, from the second differences of its fixes.
+//!
+//! Most receivers filter their positions: successive errors are nearly equal. The positions of others, of a simulator or
+//! of radio beacons, have errors that change from fix to fix. Taken for slow errors, these would look like motion.
+
+use super::square;
+use crate::earth::Geodetic;
+use crate::gps::Fix;
+use crate::time::Time;
+
+/// Mean square second difference of the positions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PositionScatter {
+    last: Option<(Time, Geodetic)>,
+    /// Displacement, NED, m, between the last two fixes, and their interval, s; zero without two fixes.
+    moved_m: [f64; 3],
+    interval_s: f64,
+    /// Variance of one axis, m²: horizontal and vertical.
+    variances_m2: [f32; 2],
+    /// Number of differences in the mean, at most [`MEMORY`].
+    differences: u8,
+}
+
+/// Number of second differences over which the variance is averaged.
+const MEMORY: u8 = 50;
+/// Number of second differences from which the variance is used.
+const ENOUGH: u8 = 8;
+/// Longest interval of fixes, s: over longer ones the motion hides the noise.
+const LONGEST_S: f64 = 1.5;
+/// Largest relative difference of two successive intervals.
+const EVEN: f64 = 0.2;
+/// Largest variance of one second difference, in squares of the one-sigma of the fix.
+const MAX_RATIO: f64 = 4.0;
+
+impl PositionScatter {
+    pub const NONE: Self = Self {
+        last: None,
+        moved_m: [0.0; 3],
+        interval_s: 0.0,
+        variances_m2: [0.0; 2],
+        differences: 0,
+    };
+
+    /// Feeds a fix with this one-sigma of position, NED, m. The vehicle has accelerated by at most `agility_mps2`,
+    /// horizontally and vertically.
+    ///
+    /// # Source
+    /// Equation (M21) of docs/equations.md.
+    pub fn push(&mut self, fix: &Fix, sigma_m: [f64; 3], agility_mps2: [f32; 2]) {
+        let Some((time, place)) = self.last.replace((fix.time, fix.position)) else { return };
+        let interval_s = fix.time - time;
+        let moved_m = fix.position.displacement_from(&place).to_array();
+        let before_m = core::mem::replace(&mut self.moved_m, moved_m);
+        let before_s = core::mem::replace(&mut self.interval_s, interval_s);
+        let is_even = libm::fabs(interval_s - before_s) <= EVEN * before_s;
+        if !is_even || interval_s <= 0.0 || interval_s > LONGEST_S {
+            return;
+        }
+        let [north, east, down] = core::array::from_fn(|axis| {
+            let at = |of: &[f64; 3]| of.get(axis).copied().unwrap_or_default();
+            square(at(&moved_m) - at(&before_m))
+        });
+        let [sigma, _, sigma_down] = sigma_m;
+        let [level, vertical] =
+            agility_mps2.map(|mps2| square(f64::from(mps2) * square(interval_s)));
+        self.differences = self.differences.saturating_add(1).min(MEMORY);
+        // A second difference of white noise has six times its variance.
+        let found = [(north + east - level) / 12.0, (down - vertical) / 6.0];
+        let stated = [sigma, sigma_down].map(square);
+        for ((mean, found), stated) in self.variances_m2.iter_mut().zip(found).zip(stated) {
+            let found = found.clamp(-MAX_RATIO * stated, MAX_RATIO * stated) as f32;
+            *mean += (found - *mean) / f32::from(self.differences);
+        }
+    }
+
+    /// Variance of the white noise, NED, m²; zero if unknown. At most the square of the one-sigma.
+    pub fn variances_m2(&self, sigma_m: [f64; 3]) -> [f64; 3] {
+        let [level, vertical] = match self.differences {
+            ENOUGH.. => self.variances_m2.map(|variance| f64::from(variance).max(0.0)),
+            _ => [0.0; 2],
+        };
+        let [north, east, down] = sigma_m.map(square);
+        [level.min(north), level.min(east), vertical.min(down)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Vector;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    /// White variances of a receiver at 5 Hz after 100 fixes, NED; `error_m` gives the north error, m, from white noise
+    /// and time.
+    fn learned(agility_mps2: f32, mut error_m: impl FnMut(f64, f64) -> f64) -> [f64; 3] {
+        let mut scatter = PositionScatter::NONE;
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let place = Geodetic::from_degrees(48.0, 11.0, 500.0).unwrap();
+        for step in 0..100 {
+            let time_s = 0.2 * f64::from(step);
+            let noise: f64 = StandardNormal.sample(&mut random);
+            let position = place.displaced(Vector::new(error_m(noise, time_s), 0.0, 0.0));
+            let fix = Fix::at(Time::ZERO + time_s, position);
+            scatter.push(&fix, [1.0; 3], [agility_mps2, 0.0]);
+        }
+        scatter.variances_m2([1.0; 3])
+    }
+
+    #[test]
+    fn white_noise_is_found_and_slow_noise_and_motion_are_none() {
+        // Noise on one of two axes: half of its variance.
+        let [north, _, down] = learned(0.0, |noise, _| 0.8 * noise);
+        assert!((0.2..0.45).contains(&north), "{north}");
+        assert!(down < 1e-12);
+        let [slow, ..] = learned(0.0, |_, time_s| 3.0 * libm::sin(0.05 * time_s));
+        assert!(slow < 1e-6, "{slow}");
+        let [felt, ..] = learned(5.0, |_, time_s| 2.5 * time_s * time_s);
+        assert!(felt < 1e-6, "{felt}");
+    }
+
+    #[test]
+    fn a_jump_counts_for_less_than_a_fifth_of_what_the_fix_states() {
+        let [north, ..] = learned(0.0, |_, time_s| if time_s > 10.0 { 1e4 } else { 0.0 });
+        assert!(north < 0.2, "{north}");
+    }
+}
