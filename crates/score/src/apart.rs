@@ -183,7 +183,9 @@ pub fn set_harms(findings: &mut [Finding], solutions: &[Solution], apart: Option
             moments.iter().map(size).filter(|size| !size.is_nan()).reduce(f64::max)
         };
         let one_sigmas = largest(Moment::one_sigmas);
-        let of_reset = finding.harm.filter(|_| one_sigmas.is_none());
+        let of_reset = finding
+            .harm
+            .filter(|_| one_sigmas.is_none() && finding.kind == FindingKind::ResetToReadings);
         let growths = growths(solutions, start_s, end_s);
         let growth = |is_own: &dyn Fn(f64) -> bool| {
             let own = growths.iter().filter(|(time_s, _)| is_own(*time_s));

@@ -5,7 +5,6 @@ use std::fmt::Debug;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::ops::RangeInclusive;
 
-use crate::clock::is_rising;
 use crate::clock::steps::{ClockSteps, Shifts};
 use crate::statistics::median_interval_s;
 use crate::table::remarks::Remarks;
@@ -16,6 +15,10 @@ const FILLING: RangeInclusive<f64> = 0.75..=1.5;
 
 /// Largest number of steps of the clock and of stray rows up to which late rows are searched.
 const MAX_BREAKS: usize = 100;
+
+pub(crate) fn is_rising(times: &[Time]) -> bool {
+    times.windows(2).all(|pair| pair[0] < pair[1])
+}
 
 /// Fingerprint of the content of `row`, without its time.
 pub(crate) fn print<T: Debug>(row: &mut T, time: impl Fn(&mut T) -> &mut Time) -> u64 {
@@ -92,7 +95,7 @@ impl Late {
             match state {
                 State::InOrder => {}
                 State::Late => {
-                    remarks.count("written late: moved to the gap in time that it fills", *line)
+                    remarks.count("written late: moved to the gap in time that it fills", *line);
                 }
                 State::Twice => remarks.count("skipped: written twice", *line),
             }

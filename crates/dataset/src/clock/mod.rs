@@ -8,7 +8,7 @@ pub(crate) mod steps;
 use std::fmt::Debug;
 use std::path::Path;
 
-use crate::clock::late::Late;
+use crate::clock::late::{Late, is_rising};
 use crate::clock::steps::{ClockSteps, Course, Shifts};
 use crate::error::LogError;
 use crate::statistics::distribution::Distribution;
@@ -119,10 +119,6 @@ impl<T> Rows<T> {
             *time = shifts.apply(index, *time);
         }
     }
-}
-
-fn is_rising(times: &[Time]) -> bool {
-    times.windows(2).all(|pair| pair[0] < pair[1])
 }
 
 const STRAY: &str = "rejected: more than an hour from all the others";
