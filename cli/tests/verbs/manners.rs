@@ -1,6 +1,5 @@
 //! The command in pipes and scripts, and with wrong input.
 
-#[cfg(feature = "export")]
 use std::fs;
 use std::process::{Command, Stdio};
 
