@@ -61,7 +61,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         dataset.controls.len()
     ));
     for warning in &dataset.warnings {
-        output::say(format_args!("warning: {warning}"));
+        output::warn(warning);
     }
     Ok(())
 }
@@ -76,7 +76,7 @@ fn write_repaired(log: &std::path::Path, out: &std::path::Path) -> anyhow::Resul
         repaired.repair
     ));
     for warning in &repaired.warnings {
-        output::say(format_args!("warning: {warning}"));
+        output::warn(warning);
     }
     Ok(())
 }

@@ -75,6 +75,13 @@ pub fn say_text(text: impl Display) {
     }
 }
 
+/// Writes one warning to standard error, unless `--quiet`.
+pub fn warn(warning: impl Display) {
+    if !is_quiet() {
+        complain(format_args!("warning: {warning}"));
+    }
+}
+
 /// Writes one line of progress or results, unless `--quiet`.
 pub fn say(line: impl Display) {
     say_text(format_args!("{line}\n"));

@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     output::print(in_words(&scored.score, scored.aligned));
     for warning in &scored.warnings {
-        output::say(format_args!("warning: {warning}"));
+        output::warn(warning);
     }
     Ok(())
 }

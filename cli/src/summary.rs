@@ -7,6 +7,7 @@ use std::path::Path;
 use hovernav_formats::{InnovationSizes, RunSummary};
 use hovernav_score::{Axis, Statistics};
 
+use crate::output;
 use hovernav_pages::flight::facts;
 
 /// The summary of a filter run in words.
@@ -14,8 +15,8 @@ pub trait InWords {
     /// Root mean square of the horizontal error, m, and of the velocity error, m/s; `None` without a reference.
     fn row_errors(&self) -> [Option<f64>; 2];
 
-    /// The text for the terminal.
-    fn in_words(&self, out: &Path) -> String;
+    /// Writes the summary to standard output, and the warnings to standard error.
+    fn say(&self, out: &Path);
 }
 
 impl InWords for RunSummary {
@@ -26,7 +27,7 @@ impl InWords for RunSummary {
         [rmse("horizontal_m"), squares.map(f64::sqrt)]
     }
 
-    fn in_words(&self, out: &Path) -> String {
+    fn say(&self, out: &Path) {
         let mut text = String::new();
         let mut reasons: &[String] = &[];
         if let Some(verdict) = &self.verdict {
@@ -56,12 +57,10 @@ impl InWords for RunSummary {
         if let Some(reproduction) = &self.reproduction {
             let _ = writeln!(text, "{}", reproduction.in_words());
         }
+        output::say_text(text);
         // Warnings in the verdict are not repeated.
-        for warning in self.warnings.iter().filter(|warning| !reasons.contains(warning)) {
-            let _ = writeln!(text, "warning: {warning}");
-        }
-        let _ = writeln!(text, "{:<32} {} ({:.3} s)", "written", out.display(), self.wall_s);
-        text
+        self.warnings.iter().filter(|warning| !reasons.contains(warning)).for_each(output::warn);
+        output::say(format_args!("{:<32} {} ({:.3} s)", "written", out.display(), self.wall_s));
     }
 }
 

@@ -156,7 +156,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     output::say_text(words::in_words(&campaign, &results, &again));
     for warning in &warnings {
-        output::say(format_args!("warning: {warning}"));
+        output::warn(warning);
     }
     let cores = rayon::current_num_threads();
     output::say(format_args!(

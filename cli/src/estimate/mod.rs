@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let summary = estimate(arguments, log, &out)?;
         // With `--export -`, standard output contains only the solution.
         if !export::is_piped(&arguments.export) {
-            output::say_text(summary.in_words(&out));
+            summary.say(&out);
         }
         return Ok(());
     }

@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     summary.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
     drop(working);
-    output::say_text(summary.in_words(&out));
+    summary.say(&out);
     ensure!(
         reproduction.first_difference.is_none()
             && sticks.is_none_or(|sticks| sticks.first_difference.is_none()),

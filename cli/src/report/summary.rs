@@ -10,6 +10,7 @@ use hovernav_replay::FixTally;
 use serde::Serialize;
 
 use super::verdict::{self, Grounds};
+use crate::output;
 use hovernav_pages::{Fact, Verdict};
 
 /// A span of time in one mode.
@@ -158,7 +159,8 @@ impl RecordSummary {
         facts.into_iter().chain(repaired).collect()
     }
 
-    pub fn in_words(&self, out: &Path) -> String {
+    /// Writes the summary to standard output, and the warnings to standard error.
+    pub fn say(&self, out: &Path) {
         let mut text = format!("{}\n", self.verdict.words);
         for reason in &self.verdict.reasons {
             let _ = writeln!(text, "  - {reason}");
@@ -169,11 +171,9 @@ impl RecordSummary {
         for event in self.events.iter().filter(|event| event.level != "info") {
             let _ = writeln!(text, "{:10.3}  {}: {}", event.time_s, event.level, event.text);
         }
-        for warning in &self.warnings {
-            let _ = writeln!(text, "warning: {warning}");
-        }
-        let _ = writeln!(text, "{:<38} {} ({:.3} s)", "written", out.display(), self.wall_s);
-        text
+        output::say_text(text);
+        self.warnings.iter().for_each(output::warn);
+        output::say(format_args!("{:<38} {} ({:.3} s)", "written", out.display(), self.wall_s));
     }
 }
 

@@ -193,7 +193,7 @@ pub fn record(
     }
     summary.run.wall_s = started.elapsed().as_secs_f64();
     output::write_json(&summary, &out.join("summary.json"))?;
-    crate::output::say_text(summary.run.in_words(out));
+    summary.run.say(out);
     if let Some((crashed_s, crash)) = crash {
         bail!(
             "the vehicle crashed at {crashed_s:.2} s: it {crash}; the flight until then is in {}",

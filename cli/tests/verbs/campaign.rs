@@ -49,7 +49,8 @@ fn the_seed_of_a_campaign_is_the_number_of_its_first_flight() {
 fn a_campaign_with_the_design_of_another_helicopter_reports_it() {
     let out = place("campaign_another");
     let own = ["--flights", "1", "--duration", "30", "--model", "thesis", "--out", text(&out)];
-    let words = succeeds(&[&["campaign", "--vehicle", "raptor60"][..], &own].concat());
+    let run = hovernav(&[&["campaign", "--vehicle", "raptor60"][..], &own].concat());
+    let words = String::from_utf8(run.stderr).expect("text");
     let expected = "the autopilot is designed for thesis-hover, but the simulated aircraft is the nonlinear 60-class";
     assert!(words.contains(&format!("warning: {expected}")), "{words}");
     assert!(summary(&out)["warnings"][0].as_str().is_some_and(|text| text.starts_with(expected)));

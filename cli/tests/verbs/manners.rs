@@ -1,6 +1,5 @@
 //! The command in pipes and scripts, and with wrong input.
 
-#[cfg(feature = "export")]
 use std::fs;
 use std::process::{Command, Stdio};
 
@@ -140,6 +139,36 @@ fn results_in_the_place_of_devices_and_pipes_end_with_a_sentence() {
             }
             None => assert!(!succeeds(&arguments).is_empty()),
         }
+    }
+}
+
+#[test]
+fn results_go_to_standard_output_and_warnings_to_standard_error() {
+    let out = place("warnings");
+    let warned = out.join("log");
+    succeeds(&["convert", HELI, "--out", text(&warned)]);
+    let imu = fs::read_to_string(warned.join("imu.csv")).expect("samples");
+    let repeated: String = imu.lines().map(|line| format!("{line}\n{line}\n")).skip(1).collect();
+    let names = imu.lines().next().unwrap_or_default();
+    fs::write(warned.join("imu.csv"), format!("{names}\n{repeated}")).expect("samples");
+    let [estimated, copied] = ["estimate", "copy"].map(|name| out.join(name));
+    for arguments in [
+        &["estimate", text(&warned), "--out", text(&estimated), "--no-report"][..],
+        &["convert", text(&warned), "--out", text(&copied)],
+    ] {
+        let run = hovernav(arguments);
+        assert!(run.status.success(), "{run:?}");
+        let [out, err] =
+            [run.stdout, run.stderr].map(|text| String::from_utf8(text).expect("text"));
+        assert!(!out.is_empty() && !out.contains("warning: "), "{out}");
+        // A warning that decides the verdict is a result.
+        let (shown, start) = match out.contains("  - imu.csv: ") {
+            true => (&out, "  - imu.csv: "),
+            false => (&err, "warning: imu.csv: "),
+        };
+        assert!(shown.contains(start) && shown.contains("same time"), "{out}\n{err}");
+        let quiet = hovernav(&[arguments, &["--quiet"]].concat());
+        assert!(quiet.stdout.is_empty() && quiet.stderr.is_empty(), "{quiet:?}");
     }
 }
 

@@ -15,7 +15,7 @@ mod trajectory;
 pub mod utc;
 
 pub use clock::batch::Join;
-pub use clock::steps::ClockSteps;
+pub use clock::steps::{ClockSteps, is_clock_step};
 pub use clock::{Gap, Rows, gaps};
 pub use dataset::events::Events;
 pub use dataset::outage::Outage;

@@ -163,36 +163,68 @@ impl Apart {
 }
 
 /// Sets the harm of each of `findings`. The harm is the growth of the one-sigmas of `solutions`, and the distances in
-/// `apart`, if given. `solutions` are in order of time.
+/// `apart`, if given. Without distances, a reset keeps its own harm. `solutions` are in order of time.
+///
+/// Findings are ranked by their harm outside the spans of much shorter warnings. So a finding about the whole flight
+/// does not get the rank of an event within it.
 pub fn set_harms(findings: &mut [Finding], solutions: &[Solution], apart: Option<&Apart>) {
+    let is_event =
+        |finding: &&Finding| finding.is_warning() && finding.kind != FindingKind::Contradicted;
+    let span = |finding: &Finding| (finding.start_s, finding.end_s + AFTER_S);
+    let events: Vec<(f64, f64)> = findings.iter().filter(is_event).map(span).collect();
     for finding in findings {
-        let (start_s, end_s) = (finding.start_s, finding.end_s + AFTER_S);
+        let (start_s, end_s) = span(finding);
+        let shorter: Vec<&(f64, f64)> =
+            events.iter().filter(|(from, to)| SHORTER * (to - from) < end_s - start_s).collect();
+        let is_own =
+            |time_s: f64| !shorter.iter().any(|(from, to)| (*from..=*to).contains(&time_s));
         let moments = apart.map_or(&[][..], |apart| apart.within(start_s, end_s));
         let largest = |size: fn(&Moment) -> f64| {
             moments.iter().map(size).filter(|size| !size.is_nan()).reduce(f64::max)
         };
-        finding.harm = growth(solutions, start_s, end_s).map(|growth| Harm {
-            position_m: largest(|moment| moment.position.magnitude),
+        let one_sigmas = largest(Moment::one_sigmas);
+        let of_reset = finding
+            .harm
+            .filter(|_| one_sigmas.is_none() && finding.kind == FindingKind::ResetToReadings);
+        let growths = growths(solutions, start_s, end_s);
+        let growth = |is_own: &dyn Fn(f64) -> bool| {
+            let own = growths.iter().filter(|(time_s, _)| is_own(*time_s));
+            own.map(|(_, ratio)| *ratio).fold(1.0, f64::max)
+        };
+        let own_sigmas = moments.iter().filter(|moment| is_own(moment.time_s));
+        let size = match (one_sigmas, of_reset) {
+            (None, Some(reset)) => reset.size,
+            (None, None) => growth(&is_own),
+            (Some(_), _) => own_sigmas.map(Moment::one_sigmas).fold(0.0, f64::max),
+        };
+        finding.harm = (!growths.is_empty()).then(|| Harm {
+            position_m: largest(|moment| moment.position.magnitude)
+                .or(of_reset.and_then(|reset| reset.position_m)),
             velocity_mps: largest(|moment| moment.velocity.magnitude),
-            one_sigmas: largest(Moment::one_sigmas),
-            growth,
+            one_sigmas: one_sigmas.or(of_reset.and_then(|reset| reset.one_sigmas)),
+            growth: growth(&|_| true),
+            size,
         });
     }
 }
 
-/// Largest one-sigma of position or velocity from `start_s` to `end_s`, divided by its value at the start; `None`
-/// without a solution.
-fn growth(solutions: &[Solution], start_s: f64, end_s: f64) -> Option<f64> {
+/// Ratio of the spans of two findings above which the shorter one explains the harm within it.
+const SHORTER: f64 = 2.0;
+
+/// Times from `start_s` to `end_s`, with the one-sigmas of position or velocity, the larger one, divided by their
+/// values at the start.
+fn growths(solutions: &[Solution], start_s: f64, end_s: f64) -> Vec<(f64, f64)> {
     let sigmas = |solution: &Solution| {
         [solution.position_sigma_m, solution.velocity_sigma_mps].map(|sigma| sigma.norm())
     };
     let solutions = within(solutions, |solution| solution.time.seconds(), start_s, end_s);
-    let first = sigmas(solutions.first()?);
-    let ratios = solutions.iter().flat_map(|solution| {
+    let Some(first) = solutions.first().map(sigmas) else { return Vec::new() };
+    let ratio = |solution: &Solution| {
         let [position, velocity] = sigmas(solution);
-        [position / first[0], velocity / first[1]]
-    });
-    Some(ratios.filter(|ratio| ratio.is_finite()).fold(1.0, f64::max))
+        let ratios = [position / first[0], velocity / first[1]];
+        ratios.into_iter().filter(|ratio| ratio.is_finite()).fold(1.0, f64::max)
+    };
+    solutions.iter().map(|solution| (solution.time.seconds(), ratio(solution))).collect()
 }
 
 #[cfg(test)]
@@ -258,6 +290,32 @@ mod tests {
         assert_eq!(harms[2].unwrap().growth, 4.0);
         assert!(harms[3].is_none());
         set_harms(&mut findings, &solutions, None);
-        assert_eq!(findings[2].harm.map(|harm| (harm.one_sigmas, harm.size())), Some((None, 4.0)));
+        assert_eq!(findings[2].harm.map(|harm| (harm.one_sigmas, harm.size)), Some((None, 4.0)));
+    }
+
+    #[test]
+    fn a_finding_over_the_whole_flight_ranks_by_its_harm_outside_shorter_ones() {
+        let solutions = solutions();
+        let apart = apart(&solutions, 5.0..8.4);
+        let mut findings = [(0.0, 20.0), (5.0, 8.4)]
+            .map(|span_s| Finding::warning(Sensor::Gps, FindingKind::Rejected, span_s, "rejected"));
+        set_harms(&mut findings, &solutions, Some(&apart));
+        let [whole, short] = findings.each_ref().map(|finding| finding.harm.unwrap());
+        assert_eq!(whole.one_sigmas, short.one_sigmas);
+        assert!(whole.size < 0.1 * short.size, "{whole:?} {short:?}");
+    }
+
+    #[test]
+    fn a_reset_of_the_position_is_harm_without_an_independent_solution() {
+        let reset = Finding {
+            harm: Some(Harm::of_reset(490.0, 1.4)),
+            ..Finding::warning(Sensor::Gps, FindingKind::ResetToReadings, (3.0, 4.0), "reset")
+        };
+        let grown = Finding::warning(Sensor::Gps, FindingKind::Outage, (14.0, 16.0), "outage");
+        let mut findings = [grown, reset];
+        set_harms(&mut findings, &solutions(), None);
+        findings.sort_by(|a, b| a.by_harm(b));
+        assert_eq!(findings[0].words, "reset");
+        assert_eq!(findings[0].harm.unwrap().position_m, Some(490.0));
     }
 }

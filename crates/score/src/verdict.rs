@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::consistency::pooled;
 use crate::level::Level;
+use hovernav_dataset::is_clock_step;
 use hovernav_findings::{Finding, Severity};
 
 /// Largest number of reasons in a verdict.
@@ -24,11 +25,24 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// The verdict on a run, by the worst of its findings and by the consistency of its `innovations`. Findings are
-    /// ranked by harm; innovations are in the filter's order. Without both, the `warnings` decide.
+    /// The verdict on a run, by the worst of its findings and by the consistency of its `innovations`. Of
+    /// equal severity, `warnings` on steps of a clock come first, then findings by harm, then innovations in the filter's
+    /// order. Without any, the other `warnings` decide.
     #[must_use]
     pub fn of_run(findings: &[Finding], warnings: &[String], innovations: &[Innovation]) -> Self {
-        let mut reasons: Vec<(Level, String)> = Vec::new();
+        // A step of the clock may harm all that follows, and no finding measures the harm.
+        let steps = warnings.iter().filter(|warning| is_clock_step(warning));
+        let mut reasons: Vec<(Level, String)> =
+            steps.map(|warning| (Level::Care, warning.clone())).collect();
+        let mut worst: Vec<&Finding> = findings.iter().filter(|one| one.is_warning()).collect();
+        worst.sort_by(|a, b| a.by_harm(b));
+        // Only the worst finding of each sensor and kind is named. So a cause is named next to its effect.
+        let mut named = HashSet::new();
+        worst.retain(|finding| named.insert((finding.sensor.name(), finding.kind.name())));
+        reasons.extend(worst.into_iter().map(|finding| {
+            let is_error = finding.severity == Severity::Error;
+            (if is_error { Level::Bad } else { Level::Care }, finding.words.clone())
+        }));
         for (name, pooled) in pooled(innovations) {
             let (level, words) = pooled.judged();
             if level > Level::Good {
@@ -40,15 +54,6 @@ impl Verdict {
                 reasons.push((level, words));
             }
         }
-        let mut worst: Vec<&Finding> = findings.iter().filter(|one| one.is_warning()).collect();
-        worst.sort_by(|a, b| a.by_harm(b));
-        // Only the worst finding of each sensor and kind is named. So a cause is named next to its effect.
-        let mut named = HashSet::new();
-        worst.retain(|finding| named.insert((finding.sensor.name(), finding.kind.name())));
-        reasons.extend(worst.into_iter().map(|finding| {
-            let is_error = finding.severity == Severity::Error;
-            (if is_error { Level::Bad } else { Level::Care }, finding.words.clone())
-        }));
         if reasons.is_empty() {
             reasons.extend(warnings.iter().map(|warning| (Level::Care, warning.clone())));
         }
@@ -75,7 +80,8 @@ mod tests {
     }
 
     fn harm(one_sigmas: Option<f64>, growth: f64) -> Option<Harm> {
-        Some(Harm { position_m: None, velocity_mps: None, one_sigmas, growth })
+        let size = one_sigmas.unwrap_or(growth);
+        Some(Harm { position_m: None, velocity_mps: None, one_sigmas, growth, size })
     }
 
     #[test]
@@ -92,6 +98,17 @@ mod tests {
         assert_eq!((verdict.level, verdict.reasons.len()), (Level::Good, 0));
         let verdict = Verdict::of_run(&findings[..1], &["a warning".into()], &[]);
         assert_eq!((verdict.level, &*verdict.reasons[0]), (Level::Care, "a warning"));
+    }
+
+    #[test]
+    fn a_step_of_the_clock_and_an_error_of_the_set_up_come_before_their_effects() {
+        let findings = [
+            finding(FindingKind::TimeOffset, Severity::Warning, 1.0, "time offset"),
+            finding(FindingKind::SetUp, Severity::Warning, 100.0, "gyros of the wrong sign"),
+        ];
+        let step = "gps.csv: line 7: the clock goes back by 3.000 s".to_owned();
+        let verdict = Verdict::of_run(&findings, &["other".into(), step.clone()], &[]);
+        assert_eq!(verdict.reasons, [&step, "gyros of the wrong sign", "time offset"]);
     }
 
     #[test]

@@ -367,7 +367,7 @@ impl<T: Scalar> HeadingSearch<T> {
         before: Option<((Time, Geodetic), f64)>,
     ) -> Measured {
         let (gps, (position_m, velocity_mps)) = (receiver.model, receiver.sigmas);
-        let down = fix.measured_down_mps();
+        let down = fix.down_velocity_mps;
         if let Some([north, east]) = fix.horizontal_velocity_mps {
             let usual = fix.velocity_sigma_mps.map_or(gps.velocity_sigma_mps(), Vector::to_array);
             let values = [Some(north), Some(east), down];

@@ -1,11 +1,14 @@
 //! Time order: selection of rows where a clock stutters, jumps or restarts.
 
 pub(crate) mod batch;
+mod late;
 pub(crate) mod ordered;
 pub(crate) mod steps;
 
+use std::fmt::Debug;
 use std::path::Path;
 
+use crate::clock::late::{Late, is_rising};
 use crate::clock::steps::{ClockSteps, Course, Shifts};
 use crate::error::LogError;
 use crate::statistics::distribution::Distribution;
@@ -51,7 +54,8 @@ impl<T> Rows<T> {
 
     /// Selects rows with strictly increasing times, and returns them with their lines. As few rows as possible are
     /// skipped. `time` gives access to the time of a row. Where the clock steps back, the rows after the step get later
-    /// times: see [`ClockSteps`].
+    /// times: see [`ClockSteps`]. Rows written late are moved to the gap that they fill, and rows written twice are
+    /// skipped.
     ///
     /// If a single time is far ahead, only that row is skipped, not all rows after it. A few rows more than an hour
     /// from all others are skipped too.
@@ -65,36 +69,55 @@ impl<T> Rows<T> {
         path: &Path,
         steps: &mut ClockSteps,
         remarks: &mut Remarks,
-    ) -> Result<(Vec<T>, Vec<u64>), LogError> {
-        let times = self.shift(time, steps, remarks);
-        let keep = kept(&times, &self.lines, path, remarks)?;
-        let mut kept = keep.iter();
-        self.rows.retain(|_| kept.next() == Some(&true));
-        let mut kept = keep.iter();
-        self.lines.retain(|_| kept.next() == Some(&true));
-        Ok((self.rows, self.lines))
+    ) -> Result<(Vec<T>, Vec<u64>), LogError>
+    where
+        T: Debug,
+    {
+        let (times, prints) = self.times(&time);
+        let order = looked_again(times, &prints, &self.lines, path, steps, remarks)?;
+        self.shift(&time, &order.shifts);
+        let mut skipped = order.skipped.into_iter().peekable();
+        let staying =
+            self.into_rows().enumerate().filter(|(index, _)| skipped.next_if_eq(index).is_none());
+        let mut rows: Vec<(Time, (u64, T))> =
+            staying.map(|(_, (line, mut row))| (*time(&mut row), (line, row))).collect();
+        if order.has_late {
+            rows.sort_by_key(|(time, _)| *time);
+        }
+        let (lines, rows) = rows.into_iter().map(|(_, row)| row).unzip();
+        Ok((rows, lines))
     }
 
     /// The rows in the order of the file, with their times on the clock of the first sensor.
-    pub fn shifted(mut self, time: impl Fn(&mut T) -> &mut Time, steps: &mut ClockSteps) -> Vec<T> {
-        self.shift(time, steps, &mut Remarks::new(""));
+    pub fn shifted(mut self, time: impl Fn(&mut T) -> &mut Time, steps: &mut ClockSteps) -> Vec<T>
+    where
+        T: Debug,
+    {
+        let (times, prints) = self.times(&time);
+        let late = Late::of(&times, &prints, steps.first_is_steady());
+        let shifts = late.shifts(&times, &self.lines, steps, &mut Remarks::new(""));
+        self.shift(&time, &shifts);
         self.rows
     }
 
-    /// Shifts the times as `steps` requires, and returns them.
-    fn shift(
-        &mut self,
-        time: impl Fn(&mut T) -> &mut Time,
-        steps: &mut ClockSteps,
-        remarks: &mut Remarks,
-    ) -> Vec<Time> {
-        let mut times: Vec<Time> = self.rows.iter_mut().map(|row| *time(row)).collect();
-        let shifts = steps.shifts(&times, &self.lines, remarks);
+    /// The times of the rows, and if they do not rise, the fingerprints of the rows.
+    fn times(&mut self, time: &impl Fn(&mut T) -> &mut Time) -> (Vec<Time>, Vec<u64>)
+    where
+        T: Debug,
+    {
+        let times: Vec<Time> = self.rows.iter_mut().map(|row| *time(row)).collect();
+        let prints = match is_rising(&times) {
+            true => Vec::new(),
+            false => self.rows.iter_mut().map(|row| late::print(row, time)).collect(),
+        };
+        (times, prints)
+    }
+
+    fn shift(&mut self, time: &impl Fn(&mut T) -> &mut Time, shifts: &Shifts) {
         for (index, row) in self.rows.iter_mut().enumerate() {
-            times[index] = shifts.apply(index, times[index]);
-            *time(row) = times[index];
+            let time = time(row);
+            *time = shifts.apply(index, *time);
         }
-        times
     }
 }
 
@@ -107,9 +130,8 @@ fn kept(
     path: &Path,
     remarks: &mut Remarks,
 ) -> Result<Vec<bool>, LogError> {
-    let is_ordered = times.windows(2).all(|pair| pair[0] < pair[1]);
     let mut keep = vec![true; times.len()];
-    if !is_ordered {
+    if !is_rising(times) {
         keep = longest_increasing(times);
         remark(times, lines, &keep, path, remarks)?;
     }
@@ -202,12 +224,11 @@ impl FirstLook {
     }
 
     /// Indices of the rows to skip, in rising order. `None` if time goes back in this file or in the file of the first
-    /// sensor. The caller then has to use [`looked_again`].
+    /// sensor, or if times have to be shifted. The caller then has to use [`looked_again`].
     pub fn skipped(mut self, steps: &mut ClockSteps, remarks: &mut Remarks) -> Option<Vec<usize>> {
-        if self.goes_back || steps.has_breaks() {
+        if self.goes_back || steps.has_breaks() || !steps.is_steady(&self.course, remarks) {
             return None;
         }
-        steps.steady(self.course, remarks);
         let (count, line) = self.repeated;
         (0..count).for_each(|_| remarks.count(REPEATED, line));
         if let Some(largest) = (0..self.groups.len()).max_by_key(|&index| self.groups[index].rows) {
@@ -231,26 +252,36 @@ pub(crate) struct Order {
     /// the previous row may be absent from this list.
     pub skipped: Vec<usize>,
     pub shifts: Shifts,
+    /// Whether rows were written late, so that the rows that stay have to be sorted by time.
+    pub has_late: bool,
 }
 
-/// Determines the order of the rows from their `times` and `lines`.
+/// Determines the order of the rows from their `times` and `lines`, and from their fingerprints if the times do not
+/// rise.
 ///
 /// # Errors
 /// As [`Rows::in_time_order`].
 pub(crate) fn looked_again(
     mut times: Vec<Time>,
+    prints: &[u64],
     lines: &[u64],
     path: &Path,
     steps: &mut ClockSteps,
     remarks: &mut Remarks,
 ) -> Result<Order, LogError> {
-    let shifts = steps.shifts(&times, lines, remarks);
+    let late = Late::of(&times, prints, steps.first_is_steady());
+    late.remark(lines, remarks);
+    let shifts = late.shifts(&times, lines, steps, remarks);
     for (index, time) in times.iter_mut().enumerate() {
         *time = shifts.apply(index, *time);
     }
-    let keep = kept(&times, lines, path, remarks)?;
-    let skipped = (0..keep.len()).filter(|&index| !keep[index]).collect();
-    Ok(Order { skipped, shifts })
+    let (rows, mut skipped) = late.sorted(&times);
+    let times: Vec<Time> = rows.iter().map(|row| times[*row]).collect();
+    let lines: Vec<u64> = rows.iter().map(|row| lines[*row]).collect();
+    let keep = kept(&times, &lines, path, remarks)?;
+    skipped.extend(rows.iter().zip(keep).filter(|(_, keep)| !keep).map(|(row, _)| *row));
+    skipped.sort_unstable();
+    Ok(Order { skipped, shifts, has_late: late.has_late() })
 }
 
 /// Marks a longest strictly increasing subsequence, by patience sorting in O(n log n).
@@ -386,7 +417,7 @@ mod tests {
             if let Some(skipped) = skipped {
                 let steps = &mut ClockSteps::default();
                 let expected =
-                    looked_again(times.clone(), &lines, path, steps, &mut whole).unwrap().skipped;
+                    looked_again(times.clone(), &lines, &lines, path, steps, &mut whole).unwrap().skipped;
                 let found: Vec<usize> = (0..times.len())
                     .filter(|index| !fresh[*index] || skipped.contains(index))
                     .collect();

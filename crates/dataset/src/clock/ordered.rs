@@ -1,9 +1,10 @@
 //! Passes over the rows of a file in order of time, without storing the rows.
 
+use std::fmt::Debug;
 use std::path::Path;
 
 use crate::clock::steps::ClockSteps;
-use crate::clock::{FirstLook, Order, looked_again};
+use crate::clock::{FirstLook, Order, late, looked_again};
 use crate::error::LogError;
 use crate::table::remarks::Remarks;
 use hovernav::time::Time;
@@ -11,7 +12,7 @@ use hovernav::time::Time;
 /// Reader of rows with a time.
 pub(crate) trait TimedRows: Sized {
     /// Content of a row.
-    type Row;
+    type Row: Debug;
 
     /// The next row with content, with its line.
     fn next(&mut self) -> Result<Option<(u64, Self::Row)>, LogError>;
@@ -37,16 +38,16 @@ pub(crate) struct Gathered<R, G> {
 }
 
 /// Gathers a result from the rows that stay in order of time, as [`Rows`](crate::Rows) selects them. `begin` makes an
-/// empty result, and `push` adds one row. The file is opened once, and again if rows have to be skipped. Only if time
+/// empty result, given whether the rows have to be sorted, and `push` adds one row. The file is opened once, and again if rows have to be skipped. Only if time
 /// goes back are the times of all rows in memory.
 pub(crate) fn gather<R: TimedRows, G>(
     open: impl Fn() -> Result<R, LogError>,
-    begin: impl Fn() -> G,
+    begin: impl Fn(bool) -> G,
     push: impl Fn(&mut G, u64, R::Row),
     steps: &mut ClockSteps,
 ) -> Result<Gathered<R, G>, LogError> {
     let mut rows = open()?;
-    let (mut look, mut made) = (FirstLook::default(), begin());
+    let (mut look, mut made) = (FirstLook::default(), begin(false));
     while let Some((line, mut row)) = rows.next()? {
         if look.push(line, *R::time(&mut row)) {
             push(&mut made, line, row);
@@ -57,7 +58,7 @@ pub(crate) fn gather<R: TimedRows, G>(
         None => disordered(open()?, steps, rows.remarks())?,
     };
     if order != Order::default() {
-        made = begin();
+        made = begin(order.has_late);
         go_over(open()?, &order, |line, row| push(&mut made, line, row))?;
     }
     Ok(Gathered { made, order, rows })
@@ -69,26 +70,33 @@ fn disordered<R: TimedRows>(
     steps: &mut ClockSteps,
     remarks: &mut Remarks,
 ) -> Result<Order, LogError> {
-    let (mut times, mut lines) = (Vec::new(), Vec::new());
+    let (mut times, mut prints, mut lines) = (Vec::new(), Vec::new(), Vec::new());
     while let Some((line, mut row)) = rows.next()? {
         times.push(*R::time(&mut row));
+        prints.push(late::print(&mut row, R::time));
         lines.push(line);
     }
-    looked_again(times, &lines, rows.path(), steps, remarks)
+    looked_again(times, &prints, &lines, rows.path(), steps, remarks)
 }
 
-/// Passes every row that stays in `order` to `each`, with its line.
+/// Passes every row that stays in `order` to `each`, with its line. If rows were written late, all rows are in memory.
 pub(crate) fn go_over<R: TimedRows>(
     mut rows: R,
     order: &Order,
     mut each: impl FnMut(u64, R::Row),
 ) -> Result<(), LogError> {
-    let mut passing = Passing::default();
+    let (mut passing, mut sorted) = (Passing::default(), Vec::new());
     while let Some((line, mut row)) = rows.next()? {
-        if passing.stays(R::time(&mut row), order) {
-            each(line, row);
+        if !passing.stays(R::time(&mut row), order) {
+            continue;
+        }
+        match order.has_late {
+            true => sorted.push((*R::time(&mut row), line, row)),
+            false => each(line, row),
         }
     }
+    sorted.sort_by_key(|(time, ..)| *time);
+    sorted.into_iter().for_each(|(_, line, row)| each(line, row));
     Ok(())
 }
 

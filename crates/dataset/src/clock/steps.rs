@@ -1,6 +1,7 @@
 //! Steps of a clock within a recording: a counter that starts again from zero, and a clock that is set back.
 
-use crate::statistics::median_interval_s;
+use crate::statistics::distribution::Distribution;
+use crate::statistics::{median_interval_s, quantile};
 use crate::table::remarks::Remarks;
 use hovernav::time::Time;
 
@@ -17,13 +18,15 @@ const PERIODS: [(i64, &str); 6] = [
 ];
 /// Number of entries of [`PERIODS`], from the first on, for a clock that returns to its time at the start of the log.
 const COUNTERS: usize = 4;
-/// Smallest step back of a clock, s; a smaller one is a row out of order.
+/// Tolerance for the times at which the clocks of two sensors break, s. Also the smallest step back after which the
+/// time that passed is unknown.
 const MIN_S: f64 = 1.0;
-/// Smallest step back of a clock, in usual intervals between rows; the larger of the two limits applies.
-const MIN_INTERVALS: f64 = 5.0;
+/// Quantile of the intervals between rows that bounds their scatter.
+const SCATTER: f64 = 0.9;
 /// Largest interval between the rows before and after the end of a period, in usual intervals.
 const LONGEST_INTERVALS: f64 = 3.0;
-/// Shortest interval that counts as an outage, in usual intervals.
+/// Shortest interval that counts as an outage, in usual intervals. Also the smallest step of a clock, in intervals of
+/// the quantile [`SCATTER`].
 const OUTAGE: f64 = 1.5;
 /// Inverse of the smallest fraction of all rows that each side of a restart must have for two recordings.
 const SHORT_PARTS: usize = 4;
@@ -31,9 +34,17 @@ const SHORT_PARTS: usize = 4;
 const ROWS: [f64; 2] = [2.0, 20.0];
 /// Largest number of breaks of the clock in a log; with more, the rows are shuffled.
 const MAX_BREAKS: usize = 8;
-/// Time assumed between the rows around a break, s. The true time is unknown, and is mostly one interval. Over such a
-/// gap the filter enlarges its covariance by more than the motion within it.
+/// Time assumed between the rows around a break, s; at most the step back if that is below [`MIN_S`]. The true time is
+/// unknown, and is mostly one interval. Over such a gap the filter enlarges its covariance by more than the motion
+/// within it.
 const BREAK_S: f64 = 5.0;
+
+/// Whether `warning` is about a step of a clock, other than a counter that starts again.
+#[must_use]
+pub fn is_clock_step(warning: &str) -> bool {
+    let words = ["the clock goes ", "the clock may go ", "the clock of the first sensor "];
+    words.into_iter().any(|words| warning.contains(words))
+}
 
 /// Steps of a log's clock, as its first sensor shows them. The clocks of the other sensors follow.
 #[derive(Clone, Debug, Default)]
@@ -58,6 +69,8 @@ struct Break {
     before: Time,
     after: Time,
     shift_s: f64,
+    /// Time assumed between the rows before and after, s.
+    gap_s: f64,
     /// Whether a counter starts again at this step.
     is_period: bool,
 }
@@ -77,32 +90,104 @@ impl Break {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Course {
     ends: Option<(Time, Time)>,
-    /// Long intervals: the line after each, the time before it, and its length, s.
-    long: Vec<(u64, Time, f64)>,
+    intervals_s: Distribution,
+    /// The longest intervals: the line after each, the time before it, and its length, s.
+    longest: Vec<(u64, Time, f64)>,
 }
 
 impl Course {
     pub fn push(&mut self, line: u64, time: Time) {
         let (first, last) = self.ends.unwrap_or((time, time));
-        if time - last > MIN_S && self.long.len() <= MAX_BREAKS {
-            self.long.push((line, last, time - last));
-        }
         self.ends = Some((first, last.max(time)));
+        let length_s = time - last;
+        if length_s <= 0.0 {
+            return;
+        }
+        self.intervals_s.push(length_s);
+        let interval = (line, last, length_s);
+        if self.longest.len() <= MAX_BREAKS {
+            self.longest.push(interval);
+        } else if let Some(least) = self.longest.iter_mut().min_by(|a, b| a.2.total_cmp(&b.2))
+            && least.2 < length_s
+        {
+            *least = interval;
+        }
     }
 
-    /// The interval of about `length_s` that no long interval of `other` overlaps: the line after it, and its
-    /// length, s.
-    fn lone(&self, other: &Self, length_s: f64, tolerance_s: f64) -> Option<(u64, f64)> {
-        let is_few = self.long.len() <= MAX_BREAKS && other.long.len() <= MAX_BREAKS;
-        let is_shared = |(_, before, length_s): &(u64, Time, f64)| {
-            let overlaps = |(_, start, other_s): &(u64, Time, f64)| {
-                start.offset_by(*other_s) > *before && *start < before.offset_by(*length_s)
+    fn usual_s(&self) -> f64 {
+        self.intervals_s.quantile(0.5).unwrap_or(0.0)
+    }
+
+    /// The long intervals; empty if they are too many for steps of a clock.
+    fn long(&self) -> Vec<(u64, Time, f64)> {
+        let least_s = OUTAGE * self.intervals_s.quantile(SCATTER).unwrap_or(0.0);
+        let long: Vec<_> = self.longest.iter().filter(|one| one.2 > least_s).copied().collect();
+        if long.len() <= MAX_BREAKS { long } else { Vec::new() }
+    }
+
+    /// The interval that is `excess_s` longer than the usual one and that no long interval of `other` overlaps.
+    fn lone(&self, other: &Self, excess_s: f64, tolerance_s: f64) -> Option<(u64, Time, f64)> {
+        let (usual_s, others) = (self.usual_s(), other.long());
+        let is_alone = |(_, before, length_s): &(u64, Time, f64)| {
+            let is_apart = |(_, start, other_s): &(u64, Time, f64)| {
+                start.offset_by(*other_s) <= *before || *start >= before.offset_by(*length_s)
             };
-            other.long.iter().any(overlaps)
+            others.iter().all(is_apart)
         };
-        let mut alike = self.long.iter().filter(|long| (long.2 - length_s).abs() < tolerance_s);
-        let found = alike.find(|long| is_few && !is_shared(long))?;
-        Some((found.0, found.2))
+        let is_alike = |(_, _, length_s): &(u64, Time, f64)| {
+            let own_s = length_s - usual_s;
+            own_s > tolerance_s && (own_s - excess_s).abs() < tolerance_s
+        };
+        self.long().into_iter().find(|long| is_alike(long) && is_alone(long))
+    }
+}
+
+/// Step forward of one of two clocks: the time before it, the time to be added to the later times of the other sensor
+/// than the first, s, and a sentence.
+struct Leap {
+    before: Time,
+    shift_s: f64,
+    /// Whether the two clocks agree on either side of the step, so that it cannot be an outage.
+    is_sure: bool,
+    words: String,
+}
+
+impl Leap {
+    /// The step that explains why two clocks begin together but end apart. `place` is the unit of lines.
+    fn between(first: &Course, other: &Course, place: &str) -> Option<Self> {
+        let (a, b) = (first.ends?, other.ends?);
+        let tolerance_s = OUTAGE * first.usual_s().max(other.usual_s());
+        let late_s = b.1 - a.1;
+        if late_s.abs() <= tolerance_s || b.0 - a.0 < -tolerance_s {
+            return None;
+        }
+        let is_other = late_s > 0.0;
+        let (one, another) = if is_other { (other, first) } else { (first, other) };
+        let (line, before, length_s) = one.lone(another, late_s.abs(), tolerance_s)?;
+        let step_s = length_s - one.usual_s();
+        // A sensor that begins later cannot end later than the first, but may end earlier.
+        let is_sure = is_other || b.0 - a.0 <= tolerance_s;
+        let may = if is_sure { "goes" } else { "may go" };
+        let mut words = match is_other {
+            true => format!("{place} {line}: the clock {may} forward by {step_s:.3} s"),
+            false => format!(
+                "the clock of the first sensor {may} forward by {step_s:.3} s at {place} {line} of its file"
+            ),
+        };
+        words += &format!(
+            ", the other clock does not: only one of the two has this gap, and this sensor ends {:.3} s {} than the \
+             first. ",
+            late_s.abs(),
+            if is_other { "later" } else { "earlier" }
+        );
+        let shift_s = if is_other { -step_s } else { step_s };
+        words += &match is_sure {
+            true => {
+                format!("Corrected: later times of this sensor are {shift_s:+.3} s from the log")
+            }
+            false => "Times are used as logged".to_owned(),
+        };
+        Some(Self { before, shift_s, is_sure, words })
     }
 }
 
@@ -111,6 +196,22 @@ impl Course {
 pub(crate) struct Shifts(Vec<(usize, i64)>);
 
 impl Shifts {
+    /// Adds `seconds` to the rows from `index` on.
+    fn add(&mut self, index: usize, seconds: f64) {
+        let at = self.0.partition_point(|(from, _)| *from < index);
+        let before = at.checked_sub(1).map_or(0, |last| self.0[last].1);
+        self.0.insert(at, (index, before));
+        for (_, added) in &mut self.0[at..] {
+            *added += (1e9 * seconds).round() as i64;
+        }
+    }
+
+    /// These shifts with every index replaced by the row of `rows` with that index.
+    pub fn of_rows(mut self, rows: &[usize]) -> Self {
+        self.0.iter_mut().for_each(|(index, _)| *index = rows[*index]);
+        self
+    }
+
     /// Shifted time of the row `index`, logged at `time`.
     pub fn apply(&self, index: usize, time: Time) -> Time {
         let after = self.0.partition_point(|(from, _)| *from <= index);
@@ -132,19 +233,30 @@ impl ClockSteps {
         Self { is_of_day: true, ..Self::default() }
     }
 
-    /// Records that the clock of a sensor runs forward with the times of `course`.
-    pub(crate) fn steady(&mut self, course: Course, remarks: &mut Remarks) {
-        match &self.first {
-            None => {
-                self.first = Some(FirstClock { ends: course.ends, course, breaks: Vec::new() });
-            }
-            Some(first) => name_leap(&first.course, &course, 0.0, remarks),
+    /// Records that the clock of a sensor runs forward with the times of `course`. Returns whether its times stay as
+    /// logged.
+    pub(crate) fn is_steady(&mut self, course: &Course, remarks: &mut Remarks) -> bool {
+        let Some(first) = &self.first else {
+            self.first =
+                Some(FirstClock { ends: course.ends, course: course.clone(), breaks: Vec::new() });
+            return true;
+        };
+        let leap = Leap::between(&first.course, course, remarks.place());
+        let is_sure = leap.as_ref().is_some_and(|leap| leap.is_sure);
+        if let Some(leap) = leap.filter(|leap| !leap.is_sure) {
+            remarks.say(leap.words);
         }
+        !is_sure
     }
 
     /// Whether the clock of the first sensor has breaks, which the other sensors may need too.
     pub(crate) fn has_breaks(&self) -> bool {
         self.first.as_ref().is_some_and(|first| !first.breaks.is_empty())
+    }
+
+    /// Whether a sensor was read before, and its clock has no breaks.
+    pub(crate) fn first_is_steady(&self) -> bool {
+        self.first.as_ref().is_some_and(|first| first.breaks.is_empty())
     }
 
     /// The shifts that make the `times` of a sensor, in the order of its file, run forward. `remarks` receives each
@@ -159,11 +271,12 @@ impl ClockSteps {
         let (Some(&start), Some(&end)) = (times.first(), times.last()) else {
             return Shifts::default();
         };
-        if are_shuffled(times, usual_s) {
+        let least_s = least_step_s(times);
+        let mut steps: Vec<usize> =
+            (1..times.len()).filter(|&index| is_step(times, index, least_s, usual_s)).collect();
+        if are_shuffled(times, &steps, usual_s) {
             return Shifts::default();
         }
-        let mut steps: Vec<usize> =
-            (1..times.len()).filter(|&index| is_step(times, index, usual_s)).collect();
         // Index of each row from which on time is added, and the added time, s.
         let mut added = match &self.first {
             Some(first) => first.followed(times, usual_s, &mut steps),
@@ -177,6 +290,7 @@ impl ClockSteps {
             let counters = if is_restart { &PERIODS[..COUNTERS] } else { &PERIODS[..] };
             let midnight = (self.is_of_day && back_s > 0.5 * DAY_S).then_some(&DAY);
             let period = midnight.or_else(|| period(counters, back_s, usual_s));
+            let gap_s = if back_s < MIN_S { back_s } else { BREAK_S };
             let shift_s = if let Some((period_ns, name)) = period {
                 remarks.say(format!("{line}: the clock starts again after {name}: continued"));
                 *period_ns as f64 * 1e-9
@@ -189,34 +303,36 @@ impl ClockSteps {
                 ));
                 back_s + usual_s
             } else {
-                let shift_s = back_s + BREAK_S;
+                let shift_s = back_s + gap_s;
                 remarks.say(format!(
                     "{line}: the clock goes back by {back_s:.3} s. The time that passed is unknown: read as a \
-                     gap of {BREAK_S} s, and later times are {shift_s:.3} s more than in the log"
+                     gap of {gap_s:.3} s, and later times are {shift_s:.3} s more than in the log"
                 ));
                 shift_s
             };
             added.push((index, shift_s));
-            breaks.push(Break { before, after, shift_s, is_period: period.is_some() });
+            breaks.push(Break { before, after, shift_s, gap_s, is_period: period.is_some() });
         }
-        added.sort_by_key(|(index, _)| *index);
-        let mut by_ns = 0;
-        let shifts = Shifts(
-            added
-                .into_iter()
-                .map(|(index, shift_s)| {
-                    by_ns += (1e9 * shift_s).round() as i64;
-                    (index, by_ns)
-                })
-                .collect(),
-        );
+        let mut shifts = Shifts::default();
+        added.iter().for_each(|(index, shift_s)| shifts.add(*index, *shift_s));
         let mut course = Course::default();
         for (index, (time, line)) in times.iter().zip(lines).enumerate() {
             course.push(*line, shifts.apply(index, *time));
         }
         match &self.first {
             None => self.first = Some(FirstClock { ends: Some((start, end)), course, breaks }),
-            Some(first) => name_leap(&first.course, &course, usual_s, remarks),
+            Some(first) => {
+                if let Some(leap) = Leap::between(&first.course, &course, remarks.place()) {
+                    let is_later =
+                        |index: &usize| shifts.apply(*index, times[*index]) > leap.before;
+                    if leap.is_sure
+                        && let Some(index) = (0..times.len()).find(is_later)
+                    {
+                        shifts.add(index, leap.shift_s);
+                    }
+                    remarks.say(leap.words);
+                }
+            }
         }
         shifts
     }
@@ -251,7 +367,7 @@ impl FirstClock {
                 && after > 0
             {
                 // This clock goes on where that of the first sensor breaks: only the assumed gap is added.
-                added.push((from + after, BREAK_S));
+                added.push((from + after, one.gap_s));
             }
         }
         added
@@ -288,34 +404,18 @@ impl FirstClock {
     }
 }
 
-/// Adds a remark on the interval of one clock that explains why two clocks begin together but end apart. The interval
-/// may be an outage, so no time is changed.
-fn name_leap(first: &Course, other: &Course, usual_s: f64, remarks: &mut Remarks) {
-    let (Some(a), Some(b)) = (first.ends, other.ends) else { return };
-    let tolerance_s = LONGEST_INTERVALS * usual_s + 0.5 * MIN_S;
-    let late_s = b.1 - a.1;
-    if (b.0 - a.0).abs() > tolerance_s || late_s.abs() < MIN_S.max(tolerance_s) {
-        return;
-    }
-    let (one, another, whose, then) = match late_s > 0.0 {
-        true => (other, first, "the clock", "later"),
-        false => (first, other, "the clock of the first sensor", "earlier"),
-    };
-    if let Some((line, length_s)) = one.lone(another, late_s.abs(), tolerance_s) {
-        let place = remarks.place();
-        remarks.say(format!(
-            "{place} {line}: {whose} may go forward by {length_s:.3} s: only one of the two has this gap, and this \
-             sensor ends {:.3} s {then} than the first. Times are used as logged",
-            late_s.abs()
-        ));
-    }
+/// Smallest step back of a clock with these `times`, s; a smaller one is a row out of order.
+fn least_step_s(times: &[Time]) -> f64 {
+    let mut intervals_s: Vec<f64> =
+        times.windows(2).map(|pair| pair[1] - pair[0]).filter(|length_s| *length_s > 0.0).collect();
+    OUTAGE * quantile(&mut intervals_s, SCATTER).unwrap_or(0.0)
 }
 
 /// Whether the clock steps back at the row `index`, and stays there: a few stray rows are no step.
-fn is_step(times: &[Time], index: usize, usual_s: f64) -> bool {
+fn is_step(times: &[Time], index: usize, least_s: f64, usual_s: f64) -> bool {
     let (before, at) = (times[index - 1], times[index]);
     let back_s = before - at;
-    if back_s <= MIN_S.max(MIN_INTERVALS * usual_s) {
+    if back_s <= least_s {
         return false;
     }
     let rows = (0.5 * back_s / usual_s.max(1e-9)).clamp(ROWS[0], ROWS[1]) as usize;
@@ -337,11 +437,9 @@ fn period(
     periods.iter().find(|(period_ns, _)| is_interval(*period_ns as f64 * 1e-9 - back_s))
 }
 
-/// Whether the rows are shuffled: their clock breaks more often than that of any log.
-fn are_shuffled(times: &[Time], usual_s: f64) -> bool {
-    let is_break = |index: &usize| {
-        is_step(times, *index, usual_s)
-            && period(&PERIODS, times[index - 1] - times[*index], usual_s).is_none()
-    };
-    (1..times.len()).filter(is_break).count() > MAX_BREAKS
+/// Whether the rows are shuffled: their clock breaks, at `steps`, more often than that of any log.
+fn are_shuffled(times: &[Time], steps: &[usize], usual_s: f64) -> bool {
+    let is_break =
+        |index: &&usize| period(&PERIODS, times[**index - 1] - times[**index], usual_s).is_none();
+    steps.iter().filter(is_break).count() > MAX_BREAKS
 }

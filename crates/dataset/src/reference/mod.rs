@@ -94,7 +94,7 @@ impl Reference {
         let path = dir.join(FILE);
         let Gathered { made, mut rows, .. } = ordered::gather(
             || ReferenceRows::open(dir)?.ok_or_else(|| LogError::changed(path.clone())),
-            || Quantities::at(moments),
+            |_| Quantities::at(moments),
             |quantities, _, (time, values)| quantities.push(time, values),
             &mut ClockSteps::default(),
         )?;

@@ -66,7 +66,7 @@ pub(crate) fn read_rotor(
 /// Reads the rows of `file`, in time order. `value` makes a value from the first column and the other columns; a
 /// clock step may still move its time. Rows without a time or a first column are skipped. The other columns may be
 /// absent or have empty fields.
-fn read<T, const N: usize, const M: usize>(
+fn read<T: std::fmt::Debug, const N: usize, const M: usize>(
     dir: &Path,
     file: &'static str,
     names: [&str; N],

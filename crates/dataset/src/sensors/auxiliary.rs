@@ -100,7 +100,7 @@ pub(crate) struct Columns<const N: usize, const M: usize> {
 
 /// Reads the rows of `table`, in time order. `value` makes a value from the needed and the optional numbers of a row, or
 /// states the reason to reject the row. Rejected rows are counted by reason.
-pub(crate) fn read_timed<T, const N: usize, const M: usize>(
+pub(crate) fn read_timed<T: std::fmt::Debug, const N: usize, const M: usize>(
     mut table: Table,
     file: &'static str,
     columns: Columns<N, M>,

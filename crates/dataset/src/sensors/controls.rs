@@ -87,7 +87,7 @@ fn read_up_to(
 ) -> Result<(Controls, ControlRows, usize), LogError> {
     let Gathered { made: (mut controls, count), order, rows } = ordered::gather(
         || again(dir, largest),
-        || (Controls::default(), 0_usize),
+        |_| (Controls::default(), 0_usize),
         |(controls, count), _, Row { time, sticks, injected }| {
             *count += 1;
             if *count <= most {
@@ -137,6 +137,7 @@ fn again(dir: &Path, largest: f64) -> Result<ControlRows, LogError> {
 }
 
 /// A row of the file.
+#[derive(Debug)]
 struct Row {
     time: Time,
     sticks: [f64; 4],

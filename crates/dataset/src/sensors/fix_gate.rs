@@ -136,9 +136,14 @@ impl StatedFix {
     pub fn of(fix: &Fix) -> Self {
         let vector = |of: Option<Vector<Ned>>| of.map_or([f64::NAN; 3], Vector::to_array);
         let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
-        let Geodetic { height_m, .. } = fix.position;
+        // Only a fix without a measured height has a vertical velocity and is two-dimensional.
+        let (is_heightless, is_flat) = match fix.down_velocity_mps {
+            Some(_) => (fix.two_dimensional, false),
+            None => (false, fix.two_dimensional),
+        };
+        let height_m = if is_heightless { f64::NAN } else { fix.position.height_m };
         Self {
-            dimensions: if fix.two_dimensional { Dimensions::Two } else { Dimensions::Three },
+            dimensions: if is_flat { Dimensions::Two } else { Dimensions::Three },
             position_sigma_m: vector(fix.position_sigma_m),
             velocity_mps: [north, east, fix.down_velocity_mps.unwrap_or(f64::NAN)],
             velocity_sigma_mps: vector(fix.velocity_sigma_mps),
@@ -207,6 +212,8 @@ pub struct FixGate {
     last_height_m: Option<f64>,
     /// Whether any fix is of type 3.
     has_type_3: bool,
+    /// Whether any fix has satellites; otherwise 0 satellites are an unknown number.
+    has_satellites: bool,
     /// Whether rows are known to repeat the last fix.
     is_held: bool,
     last: Option<Fix>,
@@ -234,6 +241,7 @@ impl FixGate {
         }
         self.last_height_m = self.last_height_m.or(other.last_height_m);
         self.has_type_3 |= other.has_type_3;
+        self.has_satellites |= other.has_satellites;
     }
 
     /// Adds the fix found at `place`, a line or byte offset, without its implausible values. Returns whether it is a
@@ -264,13 +272,17 @@ impl FixGate {
             _ => f64::NAN,
         };
         self.has_type_3 |= fix_type == 3.0;
+        self.has_satellites |= stated.satellites > 0.0;
         let (horizontal, velocity_sigma) = at_rest(&stated);
         let known = |sigma: [f64; 3]| sigma.iter().all(|s| s.is_finite()).then(|| sigma.into());
         let fix = Fix {
             two_dimensional: is_flat || !has_height,
+            // A receiver that holds its height does not measure the vertical velocity either.
             position_sigma_m: known(stated.position_sigma_m),
             horizontal_velocity_mps: finite(horizontal),
-            down_velocity_mps: finite([stated.velocity_mps[2]]).map(|[down]| down),
+            down_velocity_mps: finite([stated.velocity_mps[2]])
+                .filter(|_| !is_flat)
+                .map(|[down]| down),
             velocity_sigma_mps: known(velocity_sigma),
             satellites: (0.0..=255.0)
                 .contains(&stated.satellites)
@@ -300,9 +312,12 @@ impl FixGate {
     ) -> Result<Vec<Fix>, LogError> {
         let mut known = Rows::new();
         for (line, row) in self.rows.into_rows() {
-            match self.has_type_3 && row.fix_type == 1.0 {
-                true => remarks.count("skipped: no fix, type 1 in a log with type 3", line),
-                false => known.push(line, row),
+            if self.has_type_3 && row.fix_type == 1.0 {
+                remarks.count("skipped: no fix, type 1 in a log with type 3", line);
+            } else if self.has_satellites && row.fix.satellites == Some(0) {
+                remarks.count("skipped: no fix, 0 satellites", line);
+            } else {
+                known.push(line, row);
             }
         }
         let (rows, lines) = known.in_time_order(|row| &mut row.fix.time, path, steps, remarks)?;
@@ -324,7 +339,9 @@ impl FixGate {
             if let Some(height_m) = first_m.filter(|_| until_height) {
                 row.fix.position.height_m = height_m;
             }
-            row.fix.two_dimensional |= is_flat(&row);
+            if is_flat(&row) {
+                (row.fix.two_dimensional, row.fix.down_velocity_mps) = (true, None);
+            }
             fixes.push(row.fix);
         }
         let mut repeats = repeats(&fixes).into_iter().zip(lines);

@@ -67,7 +67,7 @@ pub(crate) fn open(
 ) -> Result<Opened, LogError> {
     let Gathered { made, order, rows } = ordered::gather(
         || ImuRows::open(dir, reading),
-        || FirstReading::new(dir, most),
+        |is_sorted| FirstReading::new(dir, if is_sorted { usize::MAX } else { most }),
         |made, line, sample| made.push(line, &sample),
         steps,
     )?;

@@ -129,7 +129,7 @@ fn without_velocity(log: &Judged<'_>, findings: &mut Vec<Finding>) {
     let (without, words) = match horizontal {
         // The usual receiver on a telemetry link reports only speed and course.
         0 => {
-            let without = count(|fix| fix.down_velocity_mps.is_none());
+            let without = count(|fix| fix.down_velocity_mps.is_none() && !fix.two_dimensional);
             let cost = "the climb rate comes from heights alone";
             (
                 without,

@@ -7,7 +7,7 @@ use hovernav::time::Time;
 
 use super::judged::Judged;
 use super::spans::{Span, spans};
-use crate::finding::{Finding, FindingKind, Sensor, Severity};
+use crate::finding::{Finding, FindingKind, Harm, Sensor, Severity};
 
 /// Channels that are accepted or rejected together.
 struct Group {
@@ -222,7 +222,12 @@ fn rejection(
         span.when(),
         parts.join(", "),
     );
-    Finding::warning(first.sensor, kind, span.bounds_s(), words).severity(severity).of(span.count)
+    let finding = Finding::warning(first.sensor, kind, span.bounds_s(), words)
+        .severity(severity)
+        .of(span.count);
+    let sigmas = log.sigmas_at(span.start_s).filter(|_| reopened.is_some() && farthest_m > 0.0);
+    let harm = sigmas.map(|(sigma_m, _)| Harm::of_reset(farthest_m, sigma_m));
+    Finding { harm, ..finding }
 }
 
 /// Whether an event at `time` may cause a rejection at `start_s`.

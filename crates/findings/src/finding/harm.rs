@@ -16,12 +16,23 @@ pub struct Harm {
     pub one_sigmas: Option<f64>,
     /// Largest ratio of the one-sigma of position or velocity to its value at the start of the span, at least 1.
     pub growth: f64,
+    /// Size by which findings are ranked: [`one_sigmas`](Self::one_sigmas), otherwise [`growth`](Self::growth), at times
+    /// that no much shorter finding explains.
+    #[serde(skip)]
+    pub size: f64,
 }
 
 impl Harm {
-    /// Size by which findings are ranked: [`one_sigmas`](Self::one_sigmas), otherwise [`growth`](Self::growth).
+    /// Harm of a reset of the position by `off_m`, at a one-sigma of `sigma_m`: the error before the reset.
     #[must_use]
-    pub fn size(&self) -> f64 {
-        self.one_sigmas.unwrap_or(self.growth)
+    pub fn of_reset(off_m: f64, sigma_m: f64) -> Self {
+        let one_sigmas = off_m / sigma_m;
+        Self {
+            position_m: Some(off_m),
+            velocity_mps: None,
+            one_sigmas: Some(one_sigmas),
+            growth: 1.0,
+            size: one_sigmas,
+        }
     }
 }

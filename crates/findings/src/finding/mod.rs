@@ -80,15 +80,22 @@ impl Finding {
         self.severity >= Severity::Warning
     }
 
-    /// Order of importance, the most important first: by severity, then by harm. Of findings with equal harm, the
+    /// Whether the finding names an error of the set-up that the estimator cannot do without, the cause of others.
+    fn is_cause(&self) -> bool {
+        self.kind == FindingKind::SetUp && !can_be_ignored(self.sensor)
+    }
+
+    /// Order of importance, the most important first: by severity, errors of the set-up first, then by harm. Of findings with equal harm, the
     /// shorter span comes first, because it states the time better. Without a harm, the longer span comes first.
     #[must_use]
     pub fn by_harm(&self, other: &Self) -> Ordering {
-        let size = |finding: &Self| finding.harm.map_or(-1.0, |harm| harm.size());
+        let size = |finding: &Self| finding.harm.map_or(-1.0, |harm| harm.size);
         let length_s = |finding: &Self| finding.end_s - finding.start_s;
         let by_length = length_s(self).total_cmp(&length_s(other));
         let by_length = if self.harm.is_some() { by_length } else { by_length.reverse() };
-        other.severity.cmp(&self.severity).then(size(other).total_cmp(&size(self))).then(by_length)
+        let by_cause = other.is_cause().cmp(&self.is_cause());
+        let by_severity = other.severity.cmp(&self.severity).then(by_cause);
+        by_severity.then(size(other).total_cmp(&size(self))).then(by_length)
     }
 }
 
@@ -130,8 +137,7 @@ impl SetupFinding {
     /// Whether the estimator can do without the sensor: an aid, or the receiver's velocity.
     #[must_use]
     pub fn can_be_ignored(&self) -> bool {
-        self.sensor == Sensor::GpsVelocity
-            || AIDS.iter().any(|(_, sensor, _)| *sensor == self.sensor)
+        can_be_ignored(self.sensor)
     }
 
     /// This set-up finding as a finding over a log from `start_s` to `end_s`.
@@ -143,6 +149,11 @@ impl SetupFinding {
         Finding::warning(self.sensor, FindingKind::SetUp, span_s, self.to_string())
             .severity(severity)
     }
+}
+
+/// Whether the estimator can do without `sensor`.
+fn can_be_ignored(sensor: Sensor) -> bool {
+    sensor == Sensor::GpsVelocity || AIDS.iter().any(|(_, aid, _)| *aid == sensor)
 }
 
 /// Largest number of sentences of one kind; further findings are only counted.

@@ -8,6 +8,7 @@ mod alternatives;
 mod attitude;
 mod barometer;
 mod clocks;
+mod dead_axis;
 mod field_turning;
 mod fixes;
 mod gravity;
@@ -21,6 +22,7 @@ use std::path::Path;
 use crate::finding::{Sensor, SetupFinding};
 use crate::rates::{Rates, with_rates};
 use attitude::Turning;
+use dead_axis::DeadAxis;
 use field_turning::FieldTurning;
 use gravity::Gravity;
 use hovernav::event::Event;
@@ -49,6 +51,7 @@ pub fn check_setup(dataset: &Dataset) -> Vec<SetupFinding> {
 #[derive(Default)]
 pub(crate) struct SetupLook {
     gravity: Gravity,
+    dead_axis: DeadAxis,
     turning: Turning,
     check: SetupCheck,
     in_degrees: Option<SetupFinding>,
@@ -65,6 +68,7 @@ impl SetupLook {
         }
         if let Some(rates) = rates {
             self.gravity.push(rates);
+            self.dead_axis.push(rates);
             self.turning.push(rates, sample.attitude);
             self.field_turning.push(rates, sample.magnetic_field_gauss);
         }
@@ -83,6 +87,7 @@ impl SetupLook {
         let mut found = Vec::new();
         clocks::check(dataset, &mut found);
         self.gravity.check(&fixes, &mut found);
+        self.dead_axis.check(&mut found);
         if !self.turning.check(&mut found) {
             found.extend(self.in_degrees);
         }

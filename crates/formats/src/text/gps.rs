@@ -106,7 +106,6 @@ impl GpsPlaces {
         let satellites = fields.known(self.satellites)?.unwrap_or(f64::NAN);
         let stated = StatedFix {
             dimensions: match fix_type {
-                _ if satellites == 0.0 => Dimensions::None,
                 fix_type if fix_type.is_nan() => Dimensions::Three,
                 fix_type => Dimensions::Type(fix_type),
             },

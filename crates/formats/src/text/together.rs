@@ -1,5 +1,6 @@
 //! Combines the values of several files into one dataset.
 
+use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 
 use super::mapping::{MAPPING_FILE, Mapping, TableMapping};
@@ -116,7 +117,7 @@ struct Ordering {
 
 impl Ordering {
     /// Combines rows of equal time, then sorts.
-    fn joined<T: Join>(
+    fn joined<T: Join + Debug>(
         mut self,
         rows: Rows<T>,
         steps: &mut ClockSteps,
@@ -126,7 +127,7 @@ impl Ordering {
         self.ordered(rows, Join::time_mut, steps, warnings)
     }
 
-    fn ordered<T>(
+    fn ordered<T: Debug>(
         mut self,
         rows: Rows<T>,
         time: impl Fn(&mut T) -> &mut Time,

@@ -74,7 +74,9 @@ for data, i in each("vehicle_gps_position"):
     else:
         place = [data["lat"][i] / 1e7, data["lon"][i] / 1e7, data["alt_ellipsoid"][i] / 1e3]
     put("gps", seconds(data["timestamp"][i]) - delay / 1e3,
-        place + [data[f"vel_{axis}_m_s"][i] for axis in "ned"]
+        place + [data["vel_n_m_s"][i], data["vel_e_m_s"][i],
+                 # A receiver that holds its height measures no vertical velocity.
+                 float("nan") if data["fix_type"][i] == 2 else data["vel_d_m_s"][i]]
         + [data[name][i] for name in ("eph", "epv", "s_variance_m_s", "satellites_used")])
 for data, i in each("manual_control_setpoint"):
     if "roll" in data:

@@ -87,12 +87,12 @@ fn a_clock_of_whole_seconds_is_read_but_too_coarse() {
 }
 
 #[test]
-fn rows_out_of_order_are_reported() {
+fn rows_out_of_order_are_reported_and_sorted_in() {
     // Two of every four rows are exchanged.
     let swapped = |k: u32| if k % 4 < 2 { k ^ 1 } else { k };
     let text = unit("time_s", |k| format!("{:.2}", f64::from(swapped(k)) * 0.01));
     let (report, dataset) = of_unit(text);
-    assert_eq!(dataset.imu.len(), 4500, "{report}");
+    assert_eq!(dataset.imu.len(), 6000, "{report}");
     assert!(report.contains("time time_s of imu.csv goes back on 1500 rows"), "{report}");
 }
 
