@@ -8,6 +8,7 @@ mod fixed_wing;
 mod flight;
 mod forward;
 mod frequency;
+mod injected;
 mod prediction_error;
 mod preprocess;
 mod r50_flight;

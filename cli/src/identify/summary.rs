@@ -24,6 +24,8 @@ pub struct Summary {
     time_domain: &'static str,
     pub(super) sample_period_s: f64,
     pub(super) tones_hz: Vec<f64>,
+    /// Dead band of each stick's servo, in the stick's unit.
+    pub(super) dead_bands: [f64; 4],
     pub(super) test_points: Vec<TestPointSummary>,
     #[serde(flatten)]
     pub(super) result: IdentificationSummary,
@@ -246,6 +248,7 @@ impl Summary {
             time_domain: "continuous",
             sample_period_s: found.identified.period_s,
             tones_hz: found.tones.iter().map(|tone| tone.frequency_hz).collect(),
+            dead_bands: found.dead_bands,
             test_points: points.collect(),
             result: IdentificationSummary::of(found),
             held_gps: held.map(|held| match held {

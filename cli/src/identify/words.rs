@@ -34,6 +34,10 @@ impl Summary {
                 format!("{} Hz", tones.join(", ")),
             ));
         }
+        if self.dead_bands.iter().any(|dead_band| *dead_band > 0.0) {
+            let dead_bands = self.dead_bands.map(|dead_band| format!("{dead_band:.4}"));
+            facts.push(Fact::new("dead bands of the servos", dead_bands.join(", ")));
+        }
         let result = &self.result;
         let end = if result.converged { "converged" } else { "not converged" };
         facts.push(Fact::new("search", format!("{} linearisations, {end}", result.iterations)));

@@ -53,6 +53,12 @@ impl ZeroOrderHold {
         Some(Self { a, b, step, levels, integral: end.integral })
     }
 
+    /// A, n×n, and B, n×m.
+    #[must_use]
+    pub const fn rates(&self) -> (&DMatrix<f64>, &DMatrix<f64>) {
+        (&self.a, &self.b)
+    }
+
     /// Φ, n×n, and Γ, n×m, over the whole period.
     #[must_use]
     pub fn map(&self) -> &(DMatrix<f64>, DMatrix<f64>) {

@@ -42,7 +42,8 @@ impl FrequencyDomain {
     /// Tischler & Remple, chapters 9 to 12.
     pub fn of(found: &Identification, record: &FlightRecord) -> Result<Self, FrequencyError> {
         let structure = &found.identified.structure;
-        let clean = record.without_tones(&found.tones, &[]).within(found.condition);
+        let moved = record.clone().with_dead_bands(found.dead_bands);
+        let clean = moved.without_tones(&found.tones, &[]).within(found.condition);
         let measured = Measured::of(structure, &found.test_points, &[], &clean)?;
         let fitted = measured.fit(&found.identified)?;
         let Fitted { parameters, untold, costs, mean_cost, converged, modelled, .. } = fitted;

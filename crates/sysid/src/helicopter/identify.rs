@@ -31,6 +31,9 @@ pub struct Identification {
     pub velocity: Velocity,
     /// Vibration tones, notched out of every signal.
     pub tones: Vec<Tone>,
+    /// Dead band of the servo of each of the [`STICKS`], in the stick's unit; 0 where the flight shows none. The
+    /// model's sticks are the positions of such servos.
+    pub dead_bands: [f64; 4],
     /// Every test point of the flight.
     pub test_points: Vec<TestPoint>,
     /// Range of flight in which the model is valid.
@@ -113,12 +116,15 @@ pub fn identify(
     let flown = FlightRecord::new(dataset, solutions, velocity)?.within(condition);
     let least_hz = MIN_TONE_HZ.max(bandwidth_hz(&flown.experiment));
     let tones = find_tones(&flown.experiment, least_hz);
-    let record = flown.without_tones(&tones, &FILLED);
     let longest_s = match velocity {
-        Velocity::Estimated => longest_period_s(&record.experiment),
+        Velocity::Estimated => longest_period_s(&flown.experiment),
         // Held GPS velocity serves for comparison only.
         Velocity::HeldGps => LONGEST_PERIOD_S,
     };
+    let travels = travels(&dataset.controls);
+    let dead_bands = flown.dead_bands(&tones, longest_s, travels);
+    let flown = flown.with_dead_bands(dead_bands);
+    let record = flown.without_tones(&tones, &FILLED);
     let record = record.thinned(longest_s).map_err(IdentifyError::Preprocess)?;
     let end = record.start.offset_by(record.experiment.duration_s());
     let mut test_points = find_test_points(&dataset.controls);
@@ -188,7 +194,6 @@ pub fn identify(
         Velocity::HeldGps => VelocityError::NONE,
     };
     let period_s = record.experiment.period_s;
-    let travels = travels(&dataset.controls);
     let is_zero =
         |input: &&String| record.experiment.signal(input).is_ok_and(|signal| signal.amax() == 0.0);
     let others = model.equations.inputs.iter().filter(|input| !STICKS.contains(&input.as_str()));
@@ -267,6 +272,7 @@ pub fn identify(
     Ok(Identification {
         velocity,
         tones,
+        dead_bands,
         condition,
         trim_velocity_mps,
         estimation: identified.simulate(&estimation, WINDOW_S)?,

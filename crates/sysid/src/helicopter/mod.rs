@@ -8,6 +8,7 @@ mod activity;
 mod adapted;
 mod bandwidth;
 mod checks;
+mod dead_band;
 mod error;
 mod flight;
 mod flight_condition;

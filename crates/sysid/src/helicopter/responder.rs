@@ -4,7 +4,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::outputs::OUTPUTS;
 use crate::methods::frequency::{FrequencyResponse, Responses};
-use crate::methods::prediction_error::Identified;
+use crate::methods::prediction_error::{Identified, LateInput};
 
 /// Frequency responses of the equations under the conditions of a flight: sticks are held between samples, with delay
 /// and lag.
@@ -52,22 +52,33 @@ impl<'a> Responder<'a> {
     }
 
     pub fn at(&self, values: &[f64], radps: &[f64]) -> Option<Responses> {
-        let held = self.identified.vehicle_at(values, &self.kept).held(self.period_s)?;
+        let mut vehicle = self.identified.vehicle_at(values, &self.kept);
+        // The excursions of the sticks between samples act like sticks with the columns A B.
+        let sticks = vehicle.b.ncols();
+        let excursions = &vehicle.a * &vehicle.b;
+        vehicle.b.extend(excursions.column_iter());
+        vehicle.d = vehicle.d.insert_columns(sticks, sticks, 0.0);
+        let held = vehicle.held(self.period_s)?;
         let one = |&radps: &f64| {
             let whole = held.frequency_response(radps)?;
             // Gain of the central difference of samples for a rate.
             let rate = Complex::new(0.0, (radps * self.period_s).sin() / self.period_s);
+            let late = self.late.iter().map(|late| {
+                let late = late.map(|of| of.map_or(0.0, |parameter| values[parameter]));
+                LateInput::response(self.period_s, late, radps)
+            });
+            let late: Vec<[Complex<f64>; 2]> = late.collect();
             Some(DMatrix::from_fn(self.outputs.len(), self.sticks.len(), |output, stick| {
-                let [delay_s, lag_s] =
-                    self.late[stick].map(|of| of.map_or(0.0, |parameter| values[parameter]));
+                let [mean, excursion] = late[stick];
                 let (state, felt) = self.outputs[output];
-                let of = |state: usize| whole[(state, self.sticks[stick])];
-                let answer = match felt {
+                let input = self.sticks[stick];
+                let of = |state: usize| {
+                    whole[(state, input)] * mean + whole[(state, sticks + input)] * excursion
+                };
+                match felt {
                     None => of(state),
                     Some((tilt, gravity_mps2)) => of(state) * rate + of(tilt) * gravity_mps2,
-                };
-                answer * Complex::from_polar(1.0, -radps * delay_s)
-                    / Complex::new(1.0, radps * lag_s)
+                }
             }))
         };
         radps.iter().map(one).collect()

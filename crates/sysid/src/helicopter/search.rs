@@ -197,9 +197,7 @@ impl Search<'_> {
             let values = start.values.iter();
             let equations =
                 values.fold(equations.clone(), |own, (name, value)| own.with(name, *value, false));
-            let found = prediction_error::identify(&equations, self.stretches, &settings);
-            // Starts are compared at their best delays.
-            found.map(|found| if is_held { found } else { self.hopped(found, structure) })
+            prediction_error::identify(&equations, self.stretches, &settings)
         });
         let shared = Arc::new(structure.clone());
         let mut tried = tried.collect::<Vec<_>>().into_iter();
@@ -218,30 +216,6 @@ impl Search<'_> {
             return Ok(self.with_bar(best, shared, &with_bar));
         }
         Ok(Found::alone(shared, best))
-    }
-
-    /// The most likely of `found` and the optima whose delay differs by whole samples.
-    ///
-    /// Between two samples the held stick is a weighted mean of both. The likelihood therefore has an optimum of the
-    /// delay at each sample. Under feedback the neighbouring optimum is nearly as likely.
-    fn hopped(&self, mut found: Identified, structure: &ModelStructure) -> Identified {
-        /// Largest number of samples in each direction.
-        const MAX: usize = 3;
-        let Some((_, delay)) = structure.own_delay() else { return found };
-        let settings = self.settings(structure);
-        for by_s in [-self.period_s, self.period_s] {
-            for _ in 0..MAX {
-                let now_s = found.estimates.get(delay).map_or(0.0, |estimate| estimate.value);
-                let start = (delay, now_s + by_s);
-                let other =
-                    prediction_error::identify_from(&found, start, self.stretches, &settings);
-                match other {
-                    Ok(other) if other.aic < found.aic => found = other,
-                    _ => break,
-                }
-            }
-        }
-        found
     }
 
     /// Selects between `known` and the result of a search with `equations`, which add a stabiliser bar.

@@ -1,5 +1,7 @@
 //! Suitability of the identified model for flight control design, with the reasons.
 
+use std::ops::RangeInclusive;
+
 use hovernav_model::{DerivativeRole, Grade, KnownSign, Verdict};
 
 use super::frequency_domain::FrequencyDomain;
@@ -23,8 +25,8 @@ const SLOW: [&str; 7] = ["Zw", "Xu", "Yv", "Lu", "Lv", "Mu", "Mv"];
 const SLOW_PERCENT: f64 = 35.0;
 /// Correlation above which two parameters cannot be separated.
 const SAME: f64 = 0.98;
-/// Range of plausible stick delays, s.
-const DELAY_S: [f64; 2] = [-0.02, 0.15];
+/// Range of plausible sums of a stick's delay and lag, s. A flight can leave the two parts unknown.
+const LATENESS_S: RangeInclusive<f64> = -0.02..=0.15;
 /// Largest correlation of innovations that count as white.
 const WHITE: f64 = 0.3;
 /// Bound of a parameter, as a fraction of its prior sigma, above which the parameter is not identified.
@@ -119,6 +121,15 @@ impl Identification {
             let found = self.identified.estimates.get(&parameter.name);
             if let (Some(expected), Some(found)) = (parameter.prior, found) {
                 judge.against_expected(found, expected);
+            }
+        }
+        for stick in &structure.inputs {
+            let delay = self.identified.delay(stick).filter(|delay| delay.is_estimated());
+            let lag_s = self.identified.lag(stick).map_or(0.0, |lag| lag.value);
+            let late_s = delay.map_or(0.0, |delay| delay.value + lag_s);
+            if !LATENESS_S.contains(&late_s) {
+                let late = format!("{stick} acts after {:.0} ms", 1e3 * late_s);
+                judge.say(Grade::Care, format!("{late}: an implausible delay and lag"));
             }
         }
         judge.slow(self.parameters());
@@ -404,14 +415,6 @@ impl Judge {
                 self.say(
                     Grade::Care,
                     format!("{name} is unknown: {value:.3} ± {bound:.3} {unit}. {next}"),
-                );
-            }
-        } else if name.starts_with("tau_") && unit == "s" && is_free && name.len() == 7 {
-            let [least, most] = DELAY_S;
-            if !(least..=most).contains(value) {
-                self.say(
-                    Grade::Care,
-                    format!("{name} is an implausible stick delay: {:.0} ms", 1e3 * value),
                 );
             }
         }

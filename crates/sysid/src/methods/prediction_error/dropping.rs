@@ -214,18 +214,25 @@ fn summarise(
     let lags = (settings.residual_correlation_s / problem.period_s).round() as usize;
     let white = statistics::white_covariance(&minimum.at).ok_or_else(singular)?;
     let covariance = if lags == 0 {
-        Some(white.clone())
+        Some(&white * settings.widened.powi(2))
     } else {
         problem.pass(&minimum.theta, true).and_then(|(_, forced, passed)| {
-            statistics::colored_covariance(problem, &white, &forced, &passed, lags)
+            statistics::colored_covariance(
+                problem,
+                &white,
+                &forced,
+                &passed,
+                lags,
+                settings.widened,
+            )
         })
     };
     let (mut covariance, mut white) = (covariance.ok_or_else(singular)?, white);
     // Fixed noise may exceed the noise of the flight. A bound is therefore never below the bound for white innovations
     // with the noise of the model.
     let widen: Vec<f64> = (0..white.nrows())
-        .map(|place| (white[(place, place)] / covariance[(place, place)]).sqrt().max(1.0))
-        .map(|factor| settings.widened * if factor.is_finite() { factor } else { 1.0 })
+        .map(|place| settings.widened * (white[(place, place)] / covariance[(place, place)]).sqrt())
+        .map(|factor| if factor.is_finite() { factor.max(1.0) } else { 1.0 })
         .collect();
     for (place, factor) in widen.iter().enumerate() {
         covariance.row_mut(place).scale_mut(*factor);

@@ -136,7 +136,7 @@ impl Identified {
         let (mut runs, mut floor, mut simulated) = (Vec::new(), vec![0.0; p], 0);
         for record in records {
             let length = whole.min(record.samples);
-            let inputs = record.delayed(&self.structure, &self.theta, self.period_s);
+            let inputs = record.late(&self.structure, &self.theta, self.period_s);
             let mut own = Problem::guess(&self.structure, record);
             Problem::solve_own(
                 &self.structure,
@@ -197,11 +197,11 @@ impl Identified {
         first: usize,
         length: usize,
     ) -> Option<Run> {
-        let (n, m) = (self.structure.states.len(), self.structure.inputs.len());
-        let p = self.structure.outputs.len();
+        let (n, p) = (self.structure.states.len(), self.structure.outputs.len());
         let cut = |all: &[f64], width: usize| all[first * width..(first + length) * width].to_vec();
         let piece = record.piece(cut(&record.outputs, p), length);
-        let inputs = (cut(&inputs.0, m), cut(&inputs.1, 2 * m));
+        let (wide, slopes) = (open.predictor.d.ncols(), open.predictor.slopes);
+        let inputs = (cut(&inputs.0, wide), cut(&inputs.1, slopes));
         let mut own = own.to_vec();
         own[..n].fill(0.0);
         let mut pass = Pass {
@@ -275,8 +275,8 @@ struct WindowNoise {
 impl WindowNoise {
     fn new(model: &Identified, predictor: &Predictor, records: &[Record], length: usize) -> Self {
         let structure = &model.structure;
-        let (n, m, q) = (structure.states.len(), structure.inputs.len(), structure.noises.len());
-        let p = structure.outputs.len();
+        let (n, m) = (structure.states.len(), predictor.d.ncols());
+        let (p, q) = (structure.outputs.len(), structure.noises.len());
         let own = structure.parameters.len();
         let sigmas: Vec<f64> = model.theta[own..].iter().map(|log| log.exp()).collect();
         let (process, trusted) = sigmas.split_at(q);
@@ -312,11 +312,10 @@ impl WindowNoise {
     fn residual_variances(&self, model: &Identified, open: &OpenLoop) -> Option<Vec<f64>> {
         let mut random = ChaCha8Rng::seed_from_u64(1);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-        let Predictor { phi, c, .. } = &open.predictor;
+        let Predictor { phi, c, d, slopes, .. } = &open.predictor;
         let (n, p) = (phi.nrows(), self.measurement_sigma.len());
-        let m = model.structure.inputs.len();
         let own = vec![0.0; n + model.structure.offsets.len() + model.structure.biases.len()];
-        let inputs = (vec![0.0; self.length * m], vec![0.0; 2 * self.length * m]);
+        let inputs = (vec![0.0; self.length * d.ncols()], vec![0.0; self.length * slopes]);
         let mut sums = vec![0.0; p];
         for _ in 0..FLOOR_RUNS {
             let mut state = DVector::zeros(n);

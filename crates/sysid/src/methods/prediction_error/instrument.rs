@@ -20,8 +20,10 @@ use super::settings::Settings;
 use super::statistics::{correlated_scatter, projected};
 use crate::record::Experiment;
 
-/// Number of trial delays within a sample.
-const PARTS: u32 = 10;
+/// Number of parts of a sample, between whose ends the innovations are interpolated.
+const PARTS: usize = 4;
+/// Number of trial delays within a part.
+const TRIALS: u32 = 5;
 
 /// `found` with the delay of the input `input` estimated from the signal `injected`. The signal is an input of the
 /// experiments, not of the structure. All other parameters keep their values. `None` where the delay was not estimated
@@ -76,13 +78,13 @@ struct Indicated {
 
 impl Indicated {
     /// The delay that minimises the projection of the innovations on the instruments. The instruments are the responses
-    /// to the injected signal at every delay of whole samples. Between two whole samples the innovations are
-    /// interpolated.
+    /// to the injected signal at every delay of whole samples.
     fn of(flown: &mut Problem<'_>, injected: &mut Problem<'_>, delay: usize) -> Option<Self> {
         let period_s = flown.period_s;
         let first = (flown.lower[delay] / period_s).floor();
         let count = (flown.upper[delay] / period_s - first).ceil() as usize + 1;
-        let at = |whole: usize| period_s * (first + whole as f64);
+        let part_s = period_s / PARTS as f64;
+        let at = |part: usize| first * period_s + part as f64 * part_s;
         injected.free = vec![delay];
         let (_, _, alone) = injected.pass(&[at(0)], true)?;
         let earliest = alone.normals.iter().map(|normal| Some(projected(normal, 1)?.transpose()));
@@ -98,8 +100,8 @@ impl Indicated {
         let own: DMatrix<f64> = instruments.iter().map(|own| own.tr_mul(own)).sum();
         let root = Cholesky::new(own)?.unpack();
         flown.free.clear();
-        let in_space = (0..count).map(|whole| {
-            flown.base[delay] = at(whole);
+        let in_space = (0..=PARTS * (count - 1)).map(|part| {
+            flown.base[delay] = at(part);
             let (_, _, passed) = flown.pass(&[], true)?;
             let errors = passed.normals.iter().zip(&instruments).map(|(normal, instruments)| {
                 instruments.tr_mul(&DVector::from_column_slice(&normal.whitened))
@@ -108,23 +110,23 @@ impl Indicated {
         });
         let in_space: Vec<DVector<f64>> = in_space.collect::<Option<_>>()?;
         let pairs = || in_space.windows(2).map(|pair| (&pair[0], &pair[1] - &pair[0])).enumerate();
-        let delay_at = |whole: usize, part: f64| at(whole) + part * period_s;
-        let between = pairs().map(|(whole, (from, change))| {
-            let part = (-from.dot(&change) / change.norm_squared()).clamp(0.0, 1.0);
-            ((from + &change * part).norm_squared(), delay_at(whole, part), change)
+        let delay_at = |part: usize, share: f64| at(part) + share * part_s;
+        let between = pairs().map(|(part, (from, change))| {
+            let share = (-from.dot(&change) / change.norm_squared()).clamp(0.0, 1.0);
+            ((from + &change * share).norm_squared(), delay_at(part, share), change)
         });
         let (_, delay_s, change) = between
             .filter(|(left, ..)| left.is_finite())
             .min_by(|one, other| one.0.total_cmp(&other.0))?;
-        let left = pairs().flat_map(|(whole, (from, change))| {
-            (0..PARTS).map(move |step| {
-                let part = f64::from(step) / f64::from(PARTS);
-                (delay_at(whole, part), (from + &change * part).norm_squared())
+        let left = pairs().flat_map(|(part, (from, change))| {
+            (0..TRIALS).map(move |trial| {
+                let share = f64::from(trial) / f64::from(TRIALS);
+                (delay_at(part, share), (from + &change * share).norm_squared())
             })
         });
         let left = left.collect();
         let delay_s = delay_s.max(flown.lower[delay]).min(flown.upper[delay]);
-        let weights = root.transpose().solve_upper_triangular(&(change / period_s))?;
+        let weights = root.transpose().solve_upper_triangular(&(change / part_s))?;
         let instruments = instruments.iter().map(|own| own * &weights).collect();
         Some(Self { delay_s, left, instruments })
     }

@@ -7,7 +7,8 @@ use crate::methods::structure::Structure;
 use hovernav_model::linalg::{HoldDerivatives, Stein, ZeroOrderHold};
 
 /// The predictor x⁺ = Φ x + Γ [u n o] + K ν. The innovation ν = y − C x − D u − b has the covariance S = L Lᵀ. The
-/// inputs are u, the process noises n, the offsets o, the biases b.
+/// inputs are u, the process noises n, the offsets o, the biases b. The last entries of u are excursions of late inputs:
+/// their columns of B are A times those of the inputs.
 ///
 /// Process noise is an unmeasured input, white from sample to sample and held between. Its covariance per step is Γₙ
 /// diag(σ²) Γₙᵀ, and its derivatives are those of Γ.
@@ -17,6 +18,8 @@ pub(super) struct Predictor {
     pub gamma: DMatrix<f64>,
     pub c: DMatrix<f64>,
     pub d: DMatrix<f64>,
+    /// Number of derivatives of the late inputs with respect to delays and lags.
+    pub slopes: usize,
     pub gain: DMatrix<f64>,
     /// F = Φ − K C.
     closed: DMatrix<f64>,
@@ -68,11 +71,18 @@ impl Predictor {
         let (n, m, q) = (structure.states.len(), structure.inputs.len(), structure.noises.len());
         let (dynamics, measurement) = structure.combined(own);
         let a = dynamics.columns(0, n).into_owned();
-        let b = dynamics.columns(n, dynamics.ncols() - n).into_owned();
+        let late = structure.late_inputs();
+        let mut b = dynamics.columns(n, dynamics.ncols() - n).into_owned();
+        b = b.insert_columns(m, late.len(), 0.0);
+        for (place, &input) in late.iter().enumerate() {
+            let excursion = &a * b.column(input);
+            b.set_column(m + place, &excursion);
+        }
         let hold = ZeroOrderHold::new(a, b, period_s)?;
         let (phi, gamma) = hold.map().clone();
         let c = measurement.columns(0, n).into_owned();
-        let d = measurement.columns(n, m).into_owned();
+        let d = measurement.columns(n, m).insert_columns(m, late.len(), 0.0);
+        let m = d.ncols();
 
         let p = structure.outputs.len();
         let r = DMatrix::from_fn(p, p, |row, column| {
@@ -101,6 +111,7 @@ impl Predictor {
             gamma,
             c,
             d,
+            slopes: 4 * late.len(),
             gain,
             covariance,
             whitener,
@@ -208,18 +219,35 @@ impl Predictor {
         let mut change = Vec::new();
         let mut shifts = Vec::new();
         if let Entry::Structure(index) = kind {
+            let (inputs, late) = (structure.inputs.len(), structure.late_inputs());
             for term in &structure.dynamics {
                 let rate = term.derivative(theta, index);
                 if rate != 0.0 {
-                    change.push((term.row, term.column, rate));
+                    let later = if term.column < n + inputs { 0 } else { late.len() };
+                    change.push((term.row, term.column + later, rate));
                 }
             }
             for term in &structure.measurement {
                 measurement[(term.row, term.column)] += term.derivative(theta, index);
             }
-            let both = structure.delays.iter().chain(&structure.lags).enumerate();
-            let own = both.filter(|(_, by)| **by == Some(index));
-            shifts.extend(own.map(|(place, _)| (place % m, place)));
+            let (a, b) = self.hold.rates();
+            let own = change.clone();
+            for (place, &input) in late.iter().enumerate() {
+                let excursion = n + inputs + place;
+                for &(row, column, rate) in &own {
+                    if column < n {
+                        change.push((row, excursion, rate * b[(column, input)]));
+                    } else if column == n + input {
+                        change.extend((0..n).map(|to| (to, excursion, a[(to, row)] * rate)));
+                    }
+                }
+                for (which, of) in [&structure.delays, &structure.lags].into_iter().enumerate() {
+                    if of[input] == Some(index) {
+                        let first = 4 * place + 2 * which;
+                        shifts.extend([(input, first), (inputs + place, first + 1)]);
+                    }
+                }
+            }
         }
         let (phi, gamma) = hold.along(&change);
         Derivative {

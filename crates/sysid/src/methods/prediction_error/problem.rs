@@ -158,7 +158,7 @@ impl Problem<'_> {
         let forcing = Forcing::new(predictor, &derivatives, self.structure.offsets.len());
         let (structure, period_s) = (self.structure, self.period_s);
         let normals = side_by_side(self.records, &mut own.values, |record, own| {
-            let inputs = record.delayed(structure, theta, period_s);
+            let inputs = record.late(structure, theta, period_s);
             if !solved {
                 Self::solve_own(structure, predictor, own_rows, &inputs, record, own)?;
             }
@@ -247,7 +247,7 @@ impl Cost for Problem<'_> {
         let mut trial = own.values.clone();
         let (structure, period_s) = (self.structure, self.period_s);
         let costs = side_by_side(self.records, &mut trial, |record, own| {
-            let inputs = record.delayed(structure, whole, period_s);
+            let inputs = record.late(structure, whole, period_s);
             Self::solve_own(structure, predictor, own_rows, &inputs, record, own)
         })?;
         cost += costs.iter().sum::<f64>();

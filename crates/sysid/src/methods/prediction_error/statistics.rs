@@ -43,7 +43,8 @@ pub(super) fn white_covariance(at: &Quadratic) -> Option<DMatrix<f64>> {
 }
 
 /// Covariance of the free parameters for innovations that are correlated over `lags` samples and of varying size. It is
-/// computed from `white`, the covariance for white innovations of constant size.
+/// computed from `white`, the covariance for white innovations of constant size. The factor `widened` on the bounds
+/// applies to the information of the innovations, not to that of the priors.
 ///
 /// With gₖ a sample's contribution to the cost's gradient and M the information, M⁻¹ (Σₖₗ wₗ gₖ gₖ₊ₗᵀ) M⁻¹; Bartlett's
 /// window w keeps the middle factor positive. The position of a step between two samples of the stick is unknown, so
@@ -59,8 +60,9 @@ pub(super) fn colored_covariance(
     forced: &Forced,
     passed: &Passed,
     lags: usize,
+    widened: f64,
 ) -> Option<DMatrix<f64>> {
-    let mut middle = scatter_of_gradients(problem, forced, passed, lags)?;
+    let mut middle = scatter_of_gradients(problem, forced, passed, lags)? * widened.powi(2);
     for (place, _, sigma, weight) in problem.priors() {
         middle[(place, place)] += (weight / sigma).powi(2);
     }

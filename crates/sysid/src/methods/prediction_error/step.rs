@@ -11,6 +11,8 @@ pub(super) struct Step {
     innovation: Vec<f64>,
     /// Number of states, of inputs and of outputs.
     sizes: [usize; 3],
+    /// Number of derivatives of the inputs.
+    slopes: usize,
     /// −[C D].
     expected: Columns,
     /// [Φ Γᵤ].
@@ -33,6 +35,7 @@ impl Step {
             state,
             innovation: vec![0.0; group(c.nrows())],
             sizes: [start.len(), inputs, c.nrows()],
+            slopes: predictor.slopes,
             expected: Columns::of(&[minus_c.as_view(), minus_d.as_view()]),
             driven: Columns::of(&[phi.as_view(), gamma.columns(0, inputs).as_view()]),
             corrected: Columns::of(&[
@@ -54,7 +57,7 @@ impl Step {
         z[measured..].copy_from_slice(&self.innovation[..outputs]);
         self.state.fill(0.0);
         self.driven.add_product(&z[..states + inputs], &mut self.state);
-        self.corrected.add_product(&z[states + 3 * inputs..], &mut self.state);
+        self.corrected.add_product(&z[states + inputs + self.slopes..], &mut self.state);
     }
 
     /// L⁻¹ ν.

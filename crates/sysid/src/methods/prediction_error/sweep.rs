@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DMatrixView, DVector};
 
+use super::late_input::LateInput;
 use super::own_rows::OwnRows;
 use super::predictor::{Derivative, Predictor};
 use super::products::{BLOCK, Products, group};
@@ -37,67 +38,74 @@ impl Record {
         Self { name: String::new(), samples, inputs: Vec::new(), outputs, is_smooth: false }
     }
 
-    /// A piece of this record, given by its outputs; its delayed inputs come from the whole record.
+    /// A piece of this record, given by its outputs; its late inputs come from the whole record.
     pub fn piece(&self, outputs: Vec<f64>, samples: usize) -> Self {
         Self { name: self.name.clone(), ..Self::of_outputs(outputs, samples) }
     }
 
-    /// The inputs after their delays and lags, and their derivatives with respect to each delay and lag. For each
-    /// sample the derivatives with respect to the delays come first.
+    /// The inputs after their delays and lags, and their derivatives with respect to each delay and lag.
     ///
-    /// A delay of d samples and a fraction f of a sample gives f times the older value plus 1 − f times the newer. That
-    /// is the mean of the delayed, held input over the interval. Between the samples of a smooth input it would
-    /// attenuate fast movements; there a polynomial through six samples gives the value.
-    pub fn delayed(
+    /// Each sample has the mean of every input over the interval to the next sample, then the excursion of every late input.
+    /// The derivatives of a late input are those of mean and excursion with respect to the delay, then to the lag.
+    ///
+    /// A command is held between samples. Between the samples of a smooth input, holding would attenuate fast movements:
+    /// there a polynomial through six samples gives the value.
+    pub fn late(
         &self,
         structure: &Structure,
         theta: &[f64],
         period_s: f64,
     ) -> (Vec<f64>, Vec<f64>) {
-        let m = structure.inputs.len();
-        let mut delayed = self.inputs.clone();
-        let mut rate = vec![0.0; 2 * self.inputs.len()];
-        for (input, parameter) in structure.delays.iter().enumerate() {
-            let Some(parameter) = *parameter else { continue };
-            let whole = (theta[parameter] / period_s).floor();
-            let fraction = theta[parameter] / period_s - whole;
-            let weights = if self.is_smooth { between(fraction) } else { held(fraction) };
-            let last = self.samples as f64 - 1.0;
-            for sample in 0..self.samples {
-                let (mut value, mut slope) = (0.0, 0.0);
-                for (older, weight, change) in &weights {
-                    let at = (sample as f64 - whole - older).clamp(0.0, last);
-                    let own = self.inputs[at as usize * m + input];
-                    value += weight * own;
-                    slope += change * own;
+        let (m, late) = (structure.inputs.len(), structure.late_inputs());
+        let (width, count) = (m + late.len(), 4 * late.len());
+        let mut values = vec![0.0; width * self.samples];
+        let mut slopes = vec![0.0; count * self.samples];
+        for (into, own) in values.chunks_exact_mut(width).zip(self.inputs.chunks_exact(m)) {
+            into[..m].copy_from_slice(own);
+        }
+        let last = self.samples as f64 - 1.0;
+        for (place, &input) in late.iter().enumerate() {
+            let of = |which: &[Option<usize>]| which[input].map_or(0.0, |own| theta[own]);
+            let (delay_s, lag_s) = (of(&structure.delays), of(&structure.lags));
+            let whole = (delay_s / period_s).floor();
+            let fraction = delay_s / period_s - whole;
+            let command = |sample: usize, older: f64| {
+                let at = (sample as f64 - whole - older).clamp(0.0, last);
+                self.inputs[at as usize * m + input]
+            };
+            let weights = between(fraction);
+            let old_s = if self.is_smooth { 0.0 } else { fraction * period_s };
+            let commands = |sample: usize| {
+                if !self.is_smooth {
+                    return [1.0, 0.0].map(|older| [command(sample, older), 0.0]);
                 }
-                delayed[sample * m + input] = value;
-                rate[2 * sample * m + input] = slope / period_s;
-            }
-        }
-        for (input, parameter) in structure.lags.iter().enumerate() {
-            let Some(parameter) = *parameter else { continue };
-            let mut lag = Lag::new(theta[parameter], period_s);
+                let terms = weights.iter().map(|&(older, weight, change)| {
+                    let own = command(sample, older);
+                    [weight * own, change * own / period_s]
+                });
+                [terms.fold([0.0; 2], |sum, term| [sum[0] + term[0], sum[1] + term[1]]); 2]
+            };
+            let mut input_now = LateInput::new(period_s, lag_s, old_s, commands(0)[0][0]);
             for sample in 0..self.samples {
-                let by_delay = &mut rate[2 * sample * m..2 * (sample + 1) * m];
-                let (value, slope) = (delayed[sample * m + input], by_delay[input]);
-                let [value, slope, by_lag] = lag.step(value, slope);
-                delayed[sample * m + input] = value;
-                (by_delay[input], by_delay[m + input]) = (slope, by_lag);
+                let [old, new] = commands(sample);
+                let [mean, excursion] = input_now.step(old, new);
+                values[sample * width + input] = mean[0];
+                values[sample * width + m + place] = excursion[0];
+                slopes[sample * count + 4 * place..][..4].copy_from_slice(&[
+                    mean[1],
+                    excursion[1],
+                    mean[2],
+                    excursion[2],
+                ]);
             }
         }
-        (delayed, rate)
+        (values, slopes)
     }
 }
 
 /// Weights of the values around a fraction of a sample. Each entry contains the age relative to the newer neighbour,
 /// samples; the weight; and its derivative with respect to the fraction.
 type Weights = Vec<(f64, f64, f64)>;
-
-/// The mean of a held input over the interval.
-fn held(fraction: f64) -> Weights {
-    vec![(0.0, 1.0 - fraction, -1.0), (1.0, fraction, 1.0)]
-}
 
 /// Lagrange's polynomial through six values, the middle two of which are the neighbours.
 fn between(fraction: f64) -> Weights {
@@ -114,45 +122,10 @@ fn between(fraction: f64) -> Weights {
     NODES.map(weight).to_vec()
 }
 
-/// A first-order lag of a held input, averaged over each interval.
-struct Lag {
-    /// Remaining fraction of the difference between state and input: at the end of an interval, and averaged over it.
-    left: [f64; 2],
-    /// Derivatives of `left` with respect to the time constant.
-    moved: [f64; 2],
-    /// State, and its derivatives with respect to the delay and the time constant; `None` before the first sample.
-    state: Option<[f64; 3]>,
-}
-
-impl Lag {
-    fn new(time_s: f64, period_s: f64) -> Self {
-        let time_s = time_s.max(1e-6);
-        let end = (-period_s / time_s).exp();
-        let end_moved = end * period_s / (time_s * time_s);
-        let mean = time_s / period_s * (1.0 - end);
-        let mean_moved = (1.0 - end) / period_s - time_s / period_s * end_moved;
-        Self { left: [end, mean], moved: [end_moved, mean_moved], state: None }
-    }
-
-    /// Mean over the interval, and its derivatives with respect to the delay and the time constant.
-    ///
-    /// # Source
-    /// Equation (I28) of docs/equations.md.
-    fn step(&mut self, input: f64, slope: f64) -> [f64; 3] {
-        let [at, by_delay, by_lag] = self.state.unwrap_or([input, 0.0, 0.0]);
-        let (off, off_slope) = (at - input, by_delay - slope);
-        let after = |which: usize| {
-            let (left, moved) = (self.left[which], self.moved[which]);
-            [input + left * off, slope + left * off_slope, left * by_lag + moved * off]
-        };
-        self.state = Some(after(0));
-        after(1)
-    }
-}
-
 /// Forcing of the sensitivities by the estimated parameters.
 ///
-/// With z = [x u du/dτ o ν], τ the delays and then the lags: dν = −C s − `output` z, s⁺ = Φ s + K dν + `state` z.
+/// With z = [x u du/dτ o ν], u the means and then the excursions, τ the delays and lags: dν = −C s − `output` z, s⁺ = Φ s
+/// + K dν + `state` z.
 pub(super) struct Forcing {
     pub count: usize,
     /// Length of the group of `count` sensitivities.
@@ -169,7 +142,8 @@ impl Forcing {
         let count = derivatives.len();
         let group = group(count);
         let offset_first = predictor.gamma.ncols() - offsets;
-        let mut state = DMatrix::zeros(n * group, n + 3 * m + offsets + p);
+        let measured = n + m + predictor.slopes;
+        let mut state = DMatrix::zeros(n * group, measured + offsets + p);
         let mut output = Vec::new();
         for (index, change) in derivatives.iter().enumerate() {
             for row in 0..n {
@@ -179,9 +153,9 @@ impl Forcing {
                 for &(input, place) in &change.shifts {
                     into[n + m + place] = predictor.gamma[(row, input)];
                 }
-                into.columns_mut(n + 3 * m, offsets)
+                into.columns_mut(measured, offsets)
                     .copy_from(&change.gamma.row(row).columns(offset_first, offsets));
-                into.columns_mut(n + 3 * m + offsets, p).copy_from(&change.gain.row(row));
+                into.columns_mut(measured + offsets, p).copy_from(&change.gain.row(row));
             }
             for row in 0..p {
                 let direct = (0..n).map(|column| (column, change.c[(row, column)]));
@@ -221,7 +195,7 @@ pub(super) struct Pass<'a> {
     pub predictor: &'a Predictor,
     pub forcing: Option<&'a Forcing>,
     pub record: &'a Record,
-    /// The delayed inputs and their rates.
+    /// The inputs after delays and lags, and their derivatives.
     pub inputs: &'a (Vec<f64>, Vec<f64>),
     /// The record's own values: x0, offsets, biases.
     pub own: &'a [f64],
@@ -234,13 +208,13 @@ pub(super) struct Pass<'a> {
 impl Pass<'_> {
     pub fn run(&self) -> Normal {
         let structure = self.structure;
-        let (n, m) = (structure.states.len(), structure.inputs.len());
+        let (n, m) = (structure.states.len(), self.predictor.d.ncols());
         let (p, o) = (structure.outputs.len(), structure.offsets.len());
         let parameters = self.forcing.map_or(0, |forcing| forcing.count);
         let group = self.forcing.map_or(0, |forcing| forcing.group);
         let (samples, own) = (self.record.samples, self.own_rows.columns.len());
         let columns = parameters + own;
-        let width = n + 3 * m + o + p;
+        let width = n + m + self.predictor.slopes + o + p;
 
         let mut predicted = Step::new(self.predictor, &self.own[..n], o);
         let mut products = Products::new(self.predictor, group);
@@ -339,13 +313,14 @@ impl Pass<'_> {
     /// Fills z for `sample`, except x. The measured outputs minus their biases take the place of ν.
     fn measured(&self, sample: usize, z: &mut [f64]) {
         let structure = self.structure;
-        let (n, m) = (structure.states.len(), structure.inputs.len());
+        let (n, m) = (structure.states.len(), self.predictor.d.ncols());
         let (p, o) = (structure.outputs.len(), structure.offsets.len());
-        let (delayed, rates) = self.inputs;
-        z[n..n + m].copy_from_slice(&delayed[sample * m..(sample + 1) * m]);
-        z[n + m..n + 3 * m].copy_from_slice(&rates[2 * sample * m..2 * (sample + 1) * m]);
-        z[n + 3 * m..n + 3 * m + o].copy_from_slice(&self.own[n..n + o]);
-        let outputs = &mut z[n + 3 * m + o..];
+        let (late, slopes) = (self.inputs, self.predictor.slopes);
+        let first = n + m + slopes;
+        z[n..n + m].copy_from_slice(&late.0[sample * m..(sample + 1) * m]);
+        z[n + m..first].copy_from_slice(&late.1[sample * slopes..(sample + 1) * slopes]);
+        z[first..first + o].copy_from_slice(&self.own[n..n + o]);
+        let outputs = &mut z[first + o..];
         outputs.copy_from_slice(&self.record.outputs[sample * p..(sample + 1) * p]);
         for (index, &row) in structure.bias_rows.iter().enumerate() {
             outputs[row] -= self.own[n + o + index];
@@ -389,6 +364,5 @@ mod tests {
                 epsilon = 1e-12
             );
         }
-        assert!((sine(1.0, held(0.5))[0] - (-0.5f64).sin()).abs() > 0.05);
     }
 }

@@ -140,3 +140,59 @@ fn what_is_expected_holds_a_parameter_that_the_flight_does_not_know() {
     assert_abs_diff_eq!(gain.value, 2.5, epsilon = 1e-3);
     assert_abs_diff_eq!(gain.bound / 0.2, 1.0, epsilon = 1e-3);
 }
+
+/// Yaw with a pole of 1/30.8 s behind a servo of 13.3 ms, sampled every 30.3 ms. Its commands are held and 42.4 ms late.
+fn fast_yaw() -> Experiment {
+    const PERIOD_S: f64 = 0.0303;
+    const PARTS: usize = 1000;
+    let part_s = PERIOD_S / PARTS as f64;
+    let (servo_kept, yaw_kept) = ((-part_s / 0.0133).exp(), (-30.8 * part_s).exp());
+    let command = |sample: usize| [0.1, -0.06, -0.1, 0.04, 0.0][(sample / 7 + sample / 40) % 5];
+    let (mut servo, mut rate) = (0.0, 0.0);
+    let mut outputs = DMatrix::zeros(1500, 1);
+    for sample in 2..outputs.nrows() {
+        let noise = ((sample * sample) as f64 * 0.618).fract() - 0.5;
+        outputs[(sample, 0)] = rate + 0.001 * noise;
+        for part in 0..PARTS {
+            // The newer command arrives after 400 of the 1000 parts.
+            let late = if part < 400 { 2 } else { 1 };
+            let before = servo;
+            servo = servo_kept * servo + (1.0 - servo_kept) * command(sample - late);
+            let middle = 0.5 * (before + servo);
+            rate = yaw_kept * rate + (1.0 - yaw_kept) * 60.0 / 30.8 * middle;
+        }
+    }
+    let inputs = DMatrix::from_fn(outputs.nrows(), 1, |sample, _| command(sample));
+    let names = (vec!["pedal".to_owned()], vec!["r".to_owned()]);
+    let experiment = Experiment::new("yaw", PERIOD_S, names.0, names.1, inputs, outputs);
+    experiment.expect("finite").slice(10..1500).expect("long enough")
+}
+
+#[test]
+fn a_pole_as_fast_as_a_sample_is_found_behind_a_servo() {
+    let structure = Structure::new(
+        "yaw",
+        vec![
+            Parameter::new("Nr", "1/s", -20.0).within(-60.0, 0.0),
+            Parameter::new("Nped", "rad/s²", 40.0),
+            Parameter::new("tau", "s", 0.04).within(0.0, 0.2),
+            Parameter::new("lag", "s", 0.01).within(0.0, 0.1),
+        ],
+        "inputs pedal
+         noise n
+         outputs r
+         delay pedal tau
+         lag pedal lag
+         r' = Nr*r + Nped*pedal + n",
+    )
+    .expect("valid");
+    let found = identify(&structure, &[fast_yaw()], &Settings::innovations(vec![0.1]));
+    let found = found.expect("found");
+    for (name, truth, accuracy) in
+        [("Nr", -30.8, 0.5), ("Nped", 60.0, 0.9), ("tau", 0.0424, 5e-4), ("lag", 0.0133, 5e-4)]
+    {
+        let own = found.estimates.get(name).expect("it has one");
+        println!("{name} {} ± {}, {truth}", own.value, own.bound);
+        assert_abs_diff_eq!(own.value, truth, epsilon = accuracy);
+    }
+}

@@ -67,6 +67,12 @@ impl Structure {
             .any(|&(index, power)| index == parameter && power < 0)
     }
 
+    /// Inputs with a delay or a lag.
+    pub(crate) fn late_inputs(&self) -> Vec<usize> {
+        let is_late = |&input: &usize| self.delays[input].or(self.lags[input]).is_some();
+        (0..self.inputs.len()).filter(is_late).collect()
+    }
+
     /// Number of trailing states that are output errors: driven by noise and themselves alone, without effect on other
     /// states.
     pub(crate) fn trailing_errors(&self) -> usize {
