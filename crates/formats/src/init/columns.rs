@@ -17,7 +17,7 @@ use crate::format::Format;
 use crate::recognise::{format_of, head_of};
 use crate::text::{
     Axes, ForceUnit, GpsColumns, MagneticUnit, RateUnit, SpeedUnit, StickColumns, StickUnit,
-    TableMapping, Triad, VelocityColumns, World,
+    TableMapping, TimeUnit, Triad, VelocityColumns, World,
 };
 use hovernav_dataset::LogError;
 
@@ -34,6 +34,11 @@ pub(crate) struct Understood {
     pub is_without_gravity: bool,
     /// Assumed rate, Hz, of a time column that counts rows and states no unit; `None` without such a column.
     pub count_hz: Option<f64>,
+    /// Plausible units of the time, the one of the mapping first.
+    pub time_units: Vec<TimeUnit>,
+    /// Least and largest time of the examined rows, and the time between rows, in units of the time.
+    pub span: [f64; 2],
+    pub step: f64,
 }
 
 /// Derives the mapping of the file at `path`, which the mapping refers to as `file`.
@@ -46,6 +51,9 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             checks: Vec::new(),
             is_without_gravity: false,
             count_hz: None,
+            time_units: Vec::new(),
+            span: [f64::NAN; 2],
+            step: f64::NAN,
         });
     }
     let mut look = Look::at(path)?;
@@ -95,6 +103,9 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         known: &known,
         used: vec![false; count],
         is_counted: false,
+        time_units: Vec::new(),
+        span: [f64::NAN; 2],
+        step: f64::NAN,
     };
     table.gyro = reader.gyro(&mut checks);
     table.accel = reader.accel(&mut checks);
@@ -126,6 +137,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         reason: reader.missing_time(),
     })?;
     let count_hz = reader.is_counted.then(|| 1.0 / table.time.unit.seconds());
+    let (time_units, span, step) =
+        (std::mem::take(&mut reader.time_units), reader.span, reader.step);
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
     let is_linear = known.all([0, 1, 2].map(Quantity::Accel)).is_some_and(|accel| {
@@ -136,7 +149,17 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     });
     let is_without_gravity =
         is_linear || checks.iter().any(|check| check.starts_with("accel: found a median"));
-    Ok(Understood { mapping: table, stated, unused, checks, is_without_gravity, count_hz })
+    Ok(Understood {
+        mapping: table,
+        stated,
+        unused,
+        checks,
+        is_without_gravity,
+        count_hz,
+        time_units,
+        span,
+        step,
+    })
 }
 
 /// Whether a file is a capture of a receiver, whose fixes need no mapping.
@@ -184,6 +207,11 @@ pub(super) struct Reader<'a> {
     used: Vec<bool>,
     /// Whether the time is a counter of unknown rate.
     pub is_counted: bool,
+    /// Plausible units of a time without a stated one.
+    pub time_units: Vec<TimeUnit>,
+    /// Least and largest time, and the time between rows, in units of the time.
+    pub span: [f64; 2],
+    pub step: f64,
 }
 
 impl Reader<'_> {

@@ -6,7 +6,7 @@ use crate::format::Format;
 use crate::recognise::{format_of, head_of, is_text, is_unmappable, looks_like};
 use crate::text::{Delimiter, Layout, Lines, TimeUnit, decimal, is_comment};
 use hovernav_dataset::statistics::quantile;
-use hovernav_dataset::{LogError, is_unknown};
+use hovernav_dataset::{LogError, is_unknown_velocity};
 
 /// Number of rows that are examined.
 const ROWS: usize = 20_000;
@@ -124,6 +124,19 @@ impl Look {
         self.known(column).fold(0.0, |most, value| most.max(value.abs()))
     }
 
+    /// The least and the largest known value of a column.
+    pub fn range(&self, column: usize) -> [f64; 2] {
+        self.known(column).fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| {
+            [least.min(value), most.max(value)]
+        })
+    }
+
+    /// The magnitude that a twentieth of the known values other than 0 exceed: spikes do not change it.
+    pub fn usual_largest(&self, column: usize) -> f64 {
+        let values = self.known(column).map(f64::abs).filter(|value| *value > 0.0);
+        quantile(&mut values.collect::<Vec<_>>(), 0.95).unwrap_or(0.0)
+    }
+
     /// The median of the norms of three columns.
     pub fn median_norm(&self, columns: [usize; 3]) -> f64 {
         let [x, y, z] = columns.map(|column| &self.columns[column]);
@@ -211,8 +224,7 @@ impl Look {
         if self.rises(column) {
             return self.median_step(column);
         }
-        let least = self.known(column).fold(f64::INFINITY, f64::min);
-        let most = self.known(column).fold(f64::NEG_INFINITY, f64::max);
+        let [least, most] = self.range(column);
         (most - least) / (self.known(column).count().saturating_sub(1).max(1)) as f64
     }
 
@@ -270,9 +282,9 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
 fn forget_unknown(column: &mut [f64]) {
     /// Smallest ratio of the magnitude of a marker for unknown values to the largest magnitude of the other values.
     const FAR: f64 = 2.0;
-    let is_other = |value: &&f64| value.is_finite() && !is_unknown(**value);
+    let is_other = |value: &&f64| value.is_finite() && !is_unknown_velocity(**value);
     let largest = column.iter().filter(is_other).fold(0.0_f64, |most, value| most.max(value.abs()));
-    let means_unknown = |value: f64| is_unknown(value) && value.abs() > FAR * largest;
+    let means_unknown = |value: f64| is_unknown_velocity(value) && value.abs() > FAR * largest;
     if column.iter().filter(|value| value.is_finite() && means_unknown(**value)).count() > 1 {
         column
             .iter_mut()

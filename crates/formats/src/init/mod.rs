@@ -54,15 +54,22 @@ impl Proposal {
     /// # Errors
     /// [`LogError`] if a file cannot be read, or no sensor is recognised in it.
     pub fn of(files: &[PathBuf]) -> Result<Self, LogError> {
-        let files = expanded(files)?;
-        let (mut understood, mut checks) = (Vec::new(), Vec::new());
+        let named = files;
+        let files = expanded(named)?;
+        let (mut understood, mut checks, mut first_error) = (Vec::new(), Vec::new(), None);
         for path in &files {
             match columns::understand(path, path) {
                 Ok(one) => understood.push(one),
                 // A directory of a logger also contains its settings.
-                Err(error) if files.len() > 1 => checks.push(format!("ignored: {error}")),
+                Err(error) if !named.contains(path) => {
+                    checks.push(format!("ignored: {error}"));
+                    first_error.get_or_insert(error);
+                }
                 Err(error) => return Err(error),
             }
+        }
+        if let Some(error) = first_error.filter(|_| understood.is_empty()) {
+            return Err(error);
         }
         understood.sort_by_key(|one| one.is_without_gravity);
         keep_the_first(&mut understood, &mut checks);
@@ -90,6 +97,7 @@ impl Proposal {
         checks.extend(understood.iter().flat_map(|one| one.checks.iter().cloned()));
         let tables = understood.iter().map(|one| one.mapping.clone()).collect();
         let mut mapping = Mapping { table: tables };
+        time::settle_units(&mut mapping, &understood, &mut findings, &mut checks)?;
         let mut dataset = read(&mapping)?;
         if judge_velocity(&mut mapping, &dataset, &mut checks) {
             dataset = read(&mapping)?;

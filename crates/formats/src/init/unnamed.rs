@@ -143,9 +143,7 @@ fn is_smooth(look: &Look, column: usize) -> bool {
 /// Whether two columns can be a latitude and a longitude, in degrees, each with a range below 1°.
 fn is_place(look: &Look, at: usize) -> bool {
     let spread = |column: usize| {
-        let (least, most) = look
-            .known(column)
-            .fold((f64::MAX, f64::MIN), |(least, most), value| (least.min(value), most.max(value)));
+        let [least, most] = look.range(column);
         most - least
     };
     look.largest(at) <= 90.0
