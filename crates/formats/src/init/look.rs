@@ -154,6 +154,21 @@ impl Look {
         (mean_squared / columns.iter().map(|&column| mean(column, 2)).sum::<f64>()).sqrt()
     }
 
+    /// Correlation of two columns.
+    pub fn likeness(&self, a: usize, b: usize) -> f64 {
+        correlation(self.columns[a].iter().copied().zip(self.columns[b].iter().copied()))
+    }
+
+    /// Correlation of the change of the column `angle` with the sum of the column `rate` over the same rows. Turns from
+    /// one end of the range of an angle to the other do not count.
+    pub fn likeness_of_change(&self, angle: usize, rate: usize) -> f64 {
+        const ROWS: usize = 25;
+        let [least, most] = self.range(angle);
+        let changes = self.columns[angle].windows(ROWS + 1).map(|rows| rows[ROWS] - rows[0]);
+        let sums = self.columns[rate].windows(ROWS).map(|rows| rows.iter().sum::<f64>());
+        correlation(changes.zip(sums).filter(|(change, _)| change.abs() < 0.5 * (most - least)))
+    }
+
     /// The 99th percentile of the norm of three columns.
     pub fn high_norm(&self, columns: [usize; 3]) -> f64 {
         let [x, y, z] = columns.map(|column| &self.columns[column]);
@@ -291,6 +306,15 @@ fn forget_unknown(column: &mut [f64]) {
             .filter(|value| means_unknown(**value))
             .for_each(|value| *value = f64::NAN);
     }
+}
+
+/// Correlation of the pairs that are finite; 0 for constant values.
+fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let pairs: Vec<(f64, f64)> = pairs.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
+    let count = pairs.len().max(1) as f64;
+    let mean_x = pairs.iter().map(|pair| pair.0).sum::<f64>() / count;
+    let mean_y = pairs.iter().map(|pair| pair.1).sum::<f64>() / count;
+    super::together::correlation(pairs.iter().map(|(x, y)| (x - mean_x, y - mean_y)))
 }
 
 /// For each value, the highest value before it.

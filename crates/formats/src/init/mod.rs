@@ -12,6 +12,7 @@ mod names;
 mod numbered;
 mod place;
 mod quantity;
+mod rates;
 mod report;
 mod sigma_names;
 mod time;
@@ -98,6 +99,7 @@ impl Proposal {
         let tables = understood.iter().map(|one| one.mapping.clone()).collect();
         let mut mapping = Mapping { table: tables };
         time::settle_units(&mut mapping, &understood, &mut findings, &mut checks)?;
+        units::settle_gyro_columns(&mut mapping, &understood, &mut findings, &mut checks)?;
         let mut dataset = read(&mapping)?;
         if judge_velocity(&mut mapping, &dataset, &mut checks) {
             dataset = read(&mapping)?;
@@ -115,9 +117,9 @@ impl Proposal {
             dataset = read(&mapping)?;
         }
         let before = mapping.clone();
-        if units::settle_gyro(&mut mapping, &dataset, &mut findings, &mut checks) {
+        if units::settle_gyro(&mut mapping, &dataset, stated, &mut findings, &mut checks) {
             stated.gyro = true;
-            checks.retain(|check| !check.starts_with(units::GYRO_UNSTATED));
+            checks.retain(|check| !check.starts_with(rates::GYRO_UNSTATED));
         }
         settle_speed_unit(&mut mapping, &dataset, stated, &mut findings, &mut checks)?;
         stated.height = units::settle_height(&mut mapping, &dataset, stated, &mut findings);
@@ -128,6 +130,7 @@ impl Proposal {
         let found = units::settle_by_filter(
             &mut mapping,
             &mut dataset,
+            understood.iter().any(|one| one.is_of_phone),
             &mut stated,
             &mut findings,
             &mut checks,
@@ -270,6 +273,7 @@ fn stated_units(understood: &[Understood]) -> StatedUnits {
     StatedUnits {
         baro: of(|table| table.baro.is_some()).baro,
         gyro: of(|table| table.gyro.is_some()).gyro,
+        is_gyro_whole: of(|table| table.gyro.is_some()).is_gyro_whole,
         ..of(|table| table.gps.is_some())
     }
 }
