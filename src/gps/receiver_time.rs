@@ -50,7 +50,7 @@ pub enum ReceiverTime {
     Utc {
         /// Days since 1 January 1970; `None` without a message with a date.
         day: Option<i32>,
-        /// Nanoseconds since midnight, below one day.
+        /// Nanoseconds since midnight, below one day, or below one day and a second in a leap second.
         time_of_day_ns: u64,
     },
 }

@@ -34,7 +34,9 @@ pub use reference::truth::Truth;
 pub use reference::{Reference, ReferenceMoment};
 pub use sensors::auxiliary::pressure_altitude_m;
 pub use sensors::controls::ControlFile;
-pub use sensors::fix_gate::{Dimensions, FixGate, HIGHEST_LATITUDE_DEG, StatedFix, is_unknown};
+pub use sensors::fix_gate::{
+    Dimensions, FixGate, HIGHEST_LATITUDE_DEG, StatedFix, is_unknown, is_unknown_velocity,
+};
 pub use sensors::imu::{field_fault, motion_fault, remark_faults};
 pub use sensors::sample_file::SampleFile;
 pub use solution::{COLUMNS as SOLUTION_COLUMNS, ExtraColumns, SolutionWriter, solution_row};

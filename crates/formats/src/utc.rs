@@ -12,7 +12,7 @@ pub(crate) fn date(utc_s: f64) -> Option<String> {
 }
 
 /// 6 January 1980, the start of GPS time, s since 1970.
-const GPS_EPOCH_S: i64 = 315_964_800;
+pub(crate) const GPS_EPOCH_S: i64 = 315_964_800;
 
 /// Length of a week, s.
 pub(crate) const WEEK_S: i64 = 604_800;

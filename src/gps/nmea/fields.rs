@@ -93,7 +93,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// The next field, `hhmmss.sss`, as nanoseconds since midnight.
+    /// The next field, `hhmmss.sss`, as nanoseconds since midnight. A leap second, 23:59:60, follows the day's last.
     pub fn time_of_day_ns(&mut self) -> Result<Option<u64>, Malformed> {
         let field = self.numeral()?;
         let (digits, fraction) = split_at(field, b'.').unwrap_or((field, &[]));
@@ -108,7 +108,8 @@ impl<'a> Fields<'a> {
         let Some(fraction_ns) = nanoseconds(fraction) else {
             return Ok(None);
         };
-        if hours >= 24 || minutes >= 60 || seconds >= 60 {
+        let is_leap = (hours, minutes, seconds) == (23, 59, 60);
+        if hours >= 24 || minutes >= 60 || (seconds >= 60 && !is_leap) {
             return Err(Malformed);
         }
         let whole_s = u64::from(hours * 3_600 + minutes * 60 + seconds);
@@ -274,14 +275,15 @@ mod tests {
     }
 
     #[test]
-    fn times_are_whole_nanoseconds_below_one_day() {
+    fn times_are_whole_nanoseconds_of_a_day_and_its_leap_second() {
         assert_eq!(time("000000"), Ok(Some(0)));
         assert_eq!(time("094812.25"), Ok(Some(35_292_250_000_000)));
         assert_eq!(time("235959.9999999999"), Ok(Some(86_399_999_999_999)));
         for field in ["", "94812.00", "-94812", "0948a2", "094812.x"] {
             assert_eq!(time(field), Ok(None), "{field}");
         }
-        for field in ["240000", "096000", "094860", "A"] {
+        assert_eq!(time("235960.50"), Ok(Some(86_400_500_000_000)));
+        for field in ["240000", "096000", "094860", "225960", "A"] {
             assert_eq!(time(field), Err(Malformed), "{field}");
         }
     }

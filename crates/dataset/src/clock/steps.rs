@@ -16,6 +16,8 @@ const PERIODS: [(i64, &str); 6] = [
     DAY,
     (3_600_000_000_000, "3600 s, an hour"),
 ];
+/// Repetition of the first second of a day after the label 23:59:60, which is one time in UTC since 1970.
+const LEAP: (i64, &str) = (1_000_000_000, "a leap second");
 /// Number of entries of [`PERIODS`], from the first on, for a clock that returns to its time at the start of the log.
 const COUNTERS: usize = 4;
 /// Tolerance for the times at which the clocks of two sensors break, s. Also the smallest step back after which the
@@ -289,11 +291,16 @@ impl ClockSteps {
             let is_restart = (after - start).abs() < MIN_S.max(LONGEST_INTERVALS * usual_s);
             let counters = if is_restart { &PERIODS[..COUNTERS] } else { &PERIODS[..] };
             let midnight = (self.is_of_day && back_s > 0.5 * DAY_S).then_some(&DAY);
-            let period = midnight.or_else(|| period(counters, back_s, usual_s));
+            let is_leap = is_leap(before, after, usual_s);
+            let leap = is_leap.then_some(&LEAP);
+            let period = leap.or(midnight).or_else(|| period(counters, back_s, usual_s));
             let gap_s = if back_s < MIN_S { back_s } else { BREAK_S };
             let shift_s = if let Some((period_ns, name)) = period {
                 remarks.say(format!("{line}: the clock starts again after {name}: continued"));
-                *period_ns as f64 * 1e-9
+                // A time of day beyond the end of a day is in a leap second.
+                let leap_ns =
+                    if midnight.is_some() && before.nanoseconds() >= DAY.0 { LEAP.0 } else { 0 };
+                (period_ns + leap_ns) as f64 * 1e-9
             } else if is_restart && SHORT_PARTS * index.min(times.len() - index) > times.len() {
                 // The rows from here on are a second recording.
                 continue;
@@ -311,7 +318,9 @@ impl ClockSteps {
                 shift_s
             };
             added.push((index, shift_s));
-            breaks.push(Break { before, after, shift_s, gap_s, is_period: period.is_some() });
+            let is_period = period.is_some() && !is_leap;
+            let gap_s = if is_leap { shift_s - back_s } else { gap_s };
+            breaks.push(Break { before, after, shift_s, gap_s, is_period });
         }
         let mut shifts = Shifts::default();
         added.iter().for_each(|(index, shift_s)| shifts.add(*index, *shift_s));
@@ -366,7 +375,7 @@ impl FirstClock {
             } else if let Some(after) = times[from..].iter().position(|time| *time > one.before)
                 && after > 0
             {
-                // This clock goes on where that of the first sensor breaks: only the assumed gap is added.
+                // This clock goes on where that of the first sensor breaks: only the time between the rows is added.
                 added.push((from + after, one.gap_s));
             }
         }
@@ -415,7 +424,7 @@ fn least_step_s(times: &[Time]) -> f64 {
 fn is_step(times: &[Time], index: usize, least_s: f64, usual_s: f64) -> bool {
     let (before, at) = (times[index - 1], times[index]);
     let back_s = before - at;
-    if back_s <= least_s {
+    if back_s <= least_s && !is_leap(before, at, usual_s) {
         return false;
     }
     let rows = (0.5 * back_s / usual_s.max(1e-9)).clamp(ROWS[0], ROWS[1]) as usize;
@@ -425,6 +434,17 @@ fn is_step(times: &[Time], index: usize, least_s: f64, usual_s: f64) -> bool {
     };
     mostly(&times[index.saturating_sub(rows)..index], &|time| *time > at)
         && mostly(&times[index..times.len().min(index + rows)], &|time| *time < before)
+}
+
+/// Whether a clock in UTC repeats the first second of a day, because the second before it is a leap second.
+fn is_leap(before: Time, at: Time, usual_s: f64) -> bool {
+    let tolerance_s = LONGEST_INTERVALS * usual_s;
+    let of_day_s = |time: Time| time.nanoseconds().rem_euclid(DAY.0) as f64 * 1e-9;
+    let second = |time: Time| time.nanoseconds().div_euclid(LEAP.0);
+    before > at
+        && second(before) == second(at)
+        && of_day_s(at) < tolerance_s
+        && 1.0 - of_day_s(before) < tolerance_s
 }
 
 /// Period of a counter that ends where the clock goes back by `back_s`, s.

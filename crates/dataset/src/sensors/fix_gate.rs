@@ -46,6 +46,17 @@ const LONGEST_HELD_S: f64 = 2.5;
 const UNKNOWN: [f64; 8] =
     [-9999.0, 9999.0, -99_999.0, 99_999.0, -999.0, -32_768.0, 32_767.0, 65_535.0];
 
+/// Velocities, m/s, that loggers write instead of an unknown one: the ends of 16 bits in cm/s, and nines.
+const UNKNOWN_MPS: [f64; 3] = [655.35, 327.67, 999.99];
+
+/// Whether a velocity or speed, m/s, is one that loggers write instead of an unknown one.
+#[must_use]
+pub fn is_unknown_velocity(value: f64) -> bool {
+    /// Rounding of single precision, m/s.
+    const ROUNDING: f64 = 1e-4;
+    is_unknown(value) || UNKNOWN_MPS.iter().any(|one| (value.abs() - one).abs() < ROUNDING)
+}
+
 /// Whether `value` is one that loggers write instead of an unknown one.
 #[must_use]
 pub fn is_unknown(value: f64) -> bool {
@@ -123,9 +134,12 @@ impl StatedFix {
         }
     }
 
-    /// This fix with a speed over ground, m/s, and a course, rad, as its horizontal velocity.
+    /// This fix with a speed over ground, m/s, and a course, rad, as its horizontal velocity. Phones write a negative
+    /// speed for an unknown one.
     #[must_use]
     pub fn moving(mut self, speed_mps: f64, course_rad: f64) -> Self {
+        let is_known = speed_mps >= 0.0 && !is_unknown_velocity(speed_mps);
+        let speed_mps = if is_known { speed_mps } else { f64::NAN };
         let (east, north) = course_rad.sin_cos();
         [self.velocity_mps[0], self.velocity_mps[1]] = [speed_mps * north, speed_mps * east];
         Self { ground_speed_mps: speed_mps, ..self }
@@ -375,7 +389,7 @@ fn at_rest(stated: &StatedFix) -> ([f64; 2], [f64; 3]) {
 
 /// `fix` without an implausible velocity and without invalid sigmas; each is counted in `remarks` against `place`.
 fn plausible(mut fix: Fix, place: u64, remarks: &mut Remarks) -> Fix {
-    let is_motion = |speed: f64| speed.abs() <= FASTEST_MPS && !is_unknown(speed);
+    let is_motion = |speed: f64| speed.abs() <= FASTEST_MPS && !is_unknown_velocity(speed);
     if !fix.horizontal_velocity_mps.is_none_or(|v| v.into_iter().all(is_motion)) {
         remarks.count("with a velocity beyond any vehicle's: velocity ignored", place);
         (fix.horizontal_velocity_mps, fix.down_velocity_mps) = (None, None);

@@ -9,15 +9,15 @@ use super::look::Look;
 use super::names::meaning;
 use super::numbered;
 use super::quantity::Quantity;
+use super::rates::{self, GYRO_UNSTATED, Rate};
 use super::travel::StatedUnits;
-use super::units::{GYRO_UNSTATED, HIGH_RADPS, RATES};
 use super::unknown_places;
 use super::unnamed;
 use crate::format::Format;
 use crate::recognise::{format_of, head_of};
 use crate::text::{
     Axes, ForceUnit, GpsColumns, MagneticUnit, RateUnit, SpeedUnit, StickColumns, StickUnit,
-    TableMapping, Triad, VelocityColumns, World,
+    TableMapping, TimeUnit, Triad, VelocityColumns, World,
 };
 use hovernav_dataset::LogError;
 
@@ -34,6 +34,15 @@ pub(crate) struct Understood {
     pub is_without_gravity: bool,
     /// Assumed rate, Hz, of a time column that counts rows and states no unit; `None` without such a column.
     pub count_hz: Option<f64>,
+    /// The other triples of unnamed columns that may be the gyro, and the check of the unit of each.
+    pub other_gyros: Vec<(Triad<RateUnit>, String)>,
+    /// Whether the axes are those of a phone: right, to the upper edge, and out of the screen.
+    pub is_of_phone: bool,
+    /// Plausible units of the time, the one of the mapping first.
+    pub time_units: Vec<TimeUnit>,
+    /// Least and largest time of the examined rows, and the time between rows, in units of the time.
+    pub span: [f64; 2],
+    pub step: f64,
 }
 
 /// Derives the mapping of the file at `path`, which the mapping refers to as `file`.
@@ -46,6 +55,11 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
             checks: Vec::new(),
             is_without_gravity: false,
             count_hz: None,
+            other_gyros: Vec::new(),
+            is_of_phone: false,
+            time_units: Vec::new(),
+            span: [f64::NAN; 2],
+            step: f64::NAN,
         });
     }
     let mut look = Look::at(path)?;
@@ -57,8 +71,9 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     let count = look.columns.len();
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let names = numbered::lettered(&look.layout.names, &name);
-    let meanings = match named {
-        true => (0..count).map(|i| meaning(&names[i], below(i))).collect(),
+    let is_of_phone = numbered::is_of_phone(&look.layout.names, &name);
+    let (meanings, other_gyros) = match named {
+        true => ((0..count).map(|i| meaning(&names[i], below(i))).collect(), Vec::new()),
         false => unnamed::meanings(&look),
     };
     let mut known = Known { meanings };
@@ -95,8 +110,12 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         known: &known,
         used: vec![false; count],
         is_counted: false,
+        time_units: Vec::new(),
+        span: [f64::NAN; 2],
+        step: f64::NAN,
     };
     table.gyro = reader.gyro(&mut checks);
+    let other_gyros = other_gyros.into_iter().map(|columns| reader.other_gyro(columns)).collect();
     table.accel = reader.accel(&mut checks);
     table.gravity = reader.gravity();
     table.mag = reader.mag(&mut checks);
@@ -104,6 +123,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     let gps = reader.gps(table.gyro.is_some() || table.accel.is_some(), &mut checks);
     let stated = gps.as_ref().map_or_else(StatedUnits::default, |(_, stated)| *stated);
     let is_gyro_stated = !checks.iter().any(|check| check.starts_with(GYRO_UNSTATED));
+    let rates = known.all([0, 1, 2].map(Quantity::Gyro)).filter(|_| !is_gyro_stated);
+    let is_gyro_whole = rates.is_some_and(|rates| rates.iter().all(|&rate| look.is_whole(rate)));
     if gps.is_some() && !unknown.is_empty() {
         checks.push(format!(
             "gps: rows with latitude and longitude of {unknown:?} are read as rows without a fix; \
@@ -113,8 +134,12 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     table.gps = gps.map(|(columns, _)| GpsColumns { unknown, ..columns });
     let (baro, is_baro_stated) = reader.baro(table.gps.is_some(), &mut checks).unzip();
     table.baro = baro;
-    let stated =
-        StatedUnits { gyro: is_gyro_stated, baro: is_baro_stated.unwrap_or(true), ..stated };
+    let stated = StatedUnits {
+        gyro: is_gyro_stated,
+        is_gyro_whole,
+        baro: is_baro_stated.unwrap_or(true),
+        ..stated
+    };
     table.controls = reader.controls();
     if table.gps.is_none() && table.gyro.is_none() {
         table.velocity = reader.twist();
@@ -126,6 +151,8 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
         reason: reader.missing_time(),
     })?;
     let count_hz = reader.is_counted.then(|| 1.0 / table.time.unit.seconds());
+    let (time_units, span, step) =
+        (std::mem::take(&mut reader.time_units), reader.span, reader.step);
     let unused = reader.used.iter().zip(&look.layout.names).filter(|(used, _)| !**used);
     let unused = unused.map(|(_, name)| name.clone()).collect();
     let is_linear = known.all([0, 1, 2].map(Quantity::Accel)).is_some_and(|accel| {
@@ -136,33 +163,24 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     });
     let is_without_gravity =
         is_linear || checks.iter().any(|check| check.starts_with("accel: found a median"));
-    Ok(Understood { mapping: table, stated, unused, checks, is_without_gravity, count_hz })
+    Ok(Understood {
+        mapping: table,
+        stated,
+        unused,
+        checks,
+        is_without_gravity,
+        count_hz,
+        other_gyros,
+        is_of_phone,
+        time_units,
+        span,
+        step,
+    })
 }
 
 /// Whether a file is a capture of a receiver, whose fixes need no mapping.
 pub(super) fn is_capture(path: &Path) -> bool {
     path.is_file() && head_of(path).is_ok_and(|head| format_of(&head) == Some(Format::Raw))
-}
-
-/// The check of a gyro whose names state no unit: the highest rate in `unit`, and in every other unit in which it is that
-/// of a vehicle.
-fn unstated_rate(high: f64, unit: RateUnit) -> String {
-    let high_degps = |unit: &RateUnit| (high * unit.factor()).to_degrees();
-    let is_possible = |other: &RateUnit| {
-        // The first reading of a gyro in rad/s is one in °/s, also at rest.
-        let is_usual = high <= 7.0 && *other == RateUnit::DegreesPerSecond;
-        *other != unit && (is_usual || HIGH_RADPS.contains(&(high * other.factor())))
-    };
-    let others = RATES.into_iter().filter(is_possible);
-    let others = others.map(|other| format!("{} ({:.2} deg/s)", other.name(), high_degps(&other)));
-    let others = others.collect::<Vec<_>>().join(" or ");
-    let others = if others.is_empty() { "in another unit".to_owned() } else { others };
-    format!(
-        "{GYRO_UNSTATED} {high:.2}, read as {} ({:.2} deg/s); if they are {others}, set that unit under \
-         [table.gyro]",
-        unit.name(),
-        high_degps(&unit)
-    )
 }
 
 /// One sentence for each name that several columns have.
@@ -184,6 +202,11 @@ pub(super) struct Reader<'a> {
     used: Vec<bool>,
     /// Whether the time is a counter of unknown rate.
     pub is_counted: bool,
+    /// Plausible units of a time without a stated one.
+    pub time_units: Vec<TimeUnit>,
+    /// Least and largest time, and the time between rows, in units of the time.
+    pub span: [f64; 2],
+    pub step: f64,
 }
 
 impl Reader<'_> {
@@ -226,15 +249,15 @@ impl Reader<'_> {
                     let triad = self.triad(columns, RateUnit::DegreesPerSecond, false);
                     return Some(Triad { counts_per_unit, ..triad });
                 }
+                None if self.are_counts(columns) => {
+                    checks.push(rates::unstated(high, Rate::WIDEST));
+                    let mut triad = self.triad(columns, RateUnit::DegreesPerSecond, false);
+                    Rate::WIDEST.give(&mut triad);
+                    return Some(triad);
+                }
                 _ => {
-                    let unit = match high {
-                        // A rate of 7 rad/s is 400 °/s, a violent turn; 7 °/s is a calm one.
-                        ..=7.0 => RateUnit::RadiansPerSecond,
-                        // No gyro measures more than 4000 °/s.
-                        ..=4e3 => RateUnit::DegreesPerSecond,
-                        _ => RateUnit::MillidegreesPerSecond,
-                    };
-                    checks.push(unstated_rate(high, unit));
+                    let unit = rates::by_size(high);
+                    checks.push(rates::unstated(high, Rate::plain(unit)));
                     unit
                 }
             };
@@ -246,6 +269,20 @@ impl Reader<'_> {
             _ => RateUnit::Radians,
         };
         Some(self.triad(columns, unit, false))
+    }
+
+    /// A triple of unnamed columns that may be the gyro, and the check of its unit.
+    fn other_gyro(&self, columns: [usize; 3]) -> (Triad<RateUnit>, String) {
+        let high = self.look.high_norm(columns);
+        let unit = rates::by_size(high);
+        let triad = Triad {
+            columns: columns.map(|column| self.look.layout.names[column].clone()),
+            unit,
+            counts_per_unit: 1.0,
+            axes: Axes::FORWARD_RIGHT_DOWN,
+            held: false,
+        };
+        (triad, rates::unstated(high, Rate::plain(unit)))
     }
 
     fn accel(&mut self, checks: &mut Vec<String>) -> Option<Triad<ForceUnit>> {
@@ -285,6 +322,14 @@ impl Reader<'_> {
         }
         let columns = self.known.all([0, 1, 2].map(Quantity::VelocityIncrement))?;
         Some(self.triad(columns, ForceUnit::MetresPerSecond, false))
+    }
+
+    /// Whether the rates are counts: whole numbers, next to an accelerometer in counts.
+    fn are_counts(&self, rates: [usize; 3]) -> bool {
+        let accel = self.known.all([0, 1, 2].map(Quantity::Accel));
+        let counts =
+            accel.and_then(|columns| self.counts_per_g(columns, self.look.median_norm(columns)));
+        counts.is_some() && rates.iter().all(|&column| self.look.is_whole(column))
     }
 
     /// The counts per g of an accelerometer without a unit, and their source: `acc_1G` above the names, otherwise the

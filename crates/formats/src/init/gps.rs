@@ -207,7 +207,9 @@ impl Reader<'_> {
             None if is_format && matches!(&*name, "veln" | "veld" | "gspeed") => {
                 (SpeedUnit::MillimetresPerSecond, true)
             }
-            None if self.look.largest(column) > 300.0 => (SpeedUnit::MillimetresPerSecond, false),
+            None if self.look.usual_largest(column) > 300.0 => {
+                (SpeedUnit::MillimetresPerSecond, false)
+            }
             None => (SpeedUnit::MetresPerSecond, false),
         }
     }

@@ -6,7 +6,7 @@ use crate::format::Format;
 use crate::recognise::{format_of, head_of, is_text, is_unmappable, looks_like};
 use crate::text::{Delimiter, Layout, Lines, TimeUnit, decimal, is_comment};
 use hovernav_dataset::statistics::quantile;
-use hovernav_dataset::{LogError, is_unknown};
+use hovernav_dataset::{LogError, is_unknown_velocity};
 
 /// Number of rows that are examined.
 const ROWS: usize = 20_000;
@@ -124,6 +124,19 @@ impl Look {
         self.known(column).fold(0.0, |most, value| most.max(value.abs()))
     }
 
+    /// The least and the largest known value of a column.
+    pub fn range(&self, column: usize) -> [f64; 2] {
+        self.known(column).fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], value| {
+            [least.min(value), most.max(value)]
+        })
+    }
+
+    /// The magnitude that a twentieth of the known values other than 0 exceed: spikes do not change it.
+    pub fn usual_largest(&self, column: usize) -> f64 {
+        let values = self.known(column).map(f64::abs).filter(|value| *value > 0.0);
+        quantile(&mut values.collect::<Vec<_>>(), 0.95).unwrap_or(0.0)
+    }
+
     /// The median of the norms of three columns.
     pub fn median_norm(&self, columns: [usize; 3]) -> f64 {
         let [x, y, z] = columns.map(|column| &self.columns[column]);
@@ -139,6 +152,21 @@ impl Look {
         };
         let mean_squared: f64 = columns.iter().map(|&column| mean(column, 1).powi(2)).sum();
         (mean_squared / columns.iter().map(|&column| mean(column, 2)).sum::<f64>()).sqrt()
+    }
+
+    /// Correlation of two columns.
+    pub fn likeness(&self, a: usize, b: usize) -> f64 {
+        correlation(self.columns[a].iter().copied().zip(self.columns[b].iter().copied()))
+    }
+
+    /// Correlation of the change of the column `angle` with the sum of the column `rate` over the same rows. Turns from
+    /// one end of the range of an angle to the other do not count.
+    pub fn likeness_of_change(&self, angle: usize, rate: usize) -> f64 {
+        const ROWS: usize = 25;
+        let [least, most] = self.range(angle);
+        let changes = self.columns[angle].windows(ROWS + 1).map(|rows| rows[ROWS] - rows[0]);
+        let sums = self.columns[rate].windows(ROWS).map(|rows| rows.iter().sum::<f64>());
+        correlation(changes.zip(sums).filter(|(change, _)| change.abs() < 0.5 * (most - least)))
     }
 
     /// The 99th percentile of the norm of three columns.
@@ -211,8 +239,7 @@ impl Look {
         if self.rises(column) {
             return self.median_step(column);
         }
-        let least = self.known(column).fold(f64::INFINITY, f64::min);
-        let most = self.known(column).fold(f64::NEG_INFINITY, f64::max);
+        let [least, most] = self.range(column);
         (most - least) / (self.known(column).count().saturating_sub(1).max(1)) as f64
     }
 
@@ -270,15 +297,24 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
 fn forget_unknown(column: &mut [f64]) {
     /// Smallest ratio of the magnitude of a marker for unknown values to the largest magnitude of the other values.
     const FAR: f64 = 2.0;
-    let is_other = |value: &&f64| value.is_finite() && !is_unknown(**value);
+    let is_other = |value: &&f64| value.is_finite() && !is_unknown_velocity(**value);
     let largest = column.iter().filter(is_other).fold(0.0_f64, |most, value| most.max(value.abs()));
-    let means_unknown = |value: f64| is_unknown(value) && value.abs() > FAR * largest;
+    let means_unknown = |value: f64| is_unknown_velocity(value) && value.abs() > FAR * largest;
     if column.iter().filter(|value| value.is_finite() && means_unknown(**value)).count() > 1 {
         column
             .iter_mut()
             .filter(|value| means_unknown(**value))
             .for_each(|value| *value = f64::NAN);
     }
+}
+
+/// Correlation of the pairs that are finite; 0 for constant values.
+fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+    let pairs: Vec<(f64, f64)> = pairs.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
+    let count = pairs.len().max(1) as f64;
+    let mean_x = pairs.iter().map(|pair| pair.0).sum::<f64>() / count;
+    let mean_y = pairs.iter().map(|pair| pair.1).sum::<f64>() / count;
+    super::together::correlation(pairs.iter().map(|(x, y)| (x - mean_x, y - mean_y)))
 }
 
 /// For each value, the highest value before it.

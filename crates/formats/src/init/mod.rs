@@ -12,6 +12,7 @@ mod names;
 mod numbered;
 mod place;
 mod quantity;
+mod rates;
 mod report;
 mod sigma_names;
 mod time;
@@ -54,15 +55,22 @@ impl Proposal {
     /// # Errors
     /// [`LogError`] if a file cannot be read, or no sensor is recognised in it.
     pub fn of(files: &[PathBuf]) -> Result<Self, LogError> {
-        let files = expanded(files)?;
-        let (mut understood, mut checks) = (Vec::new(), Vec::new());
+        let named = files;
+        let files = expanded(named)?;
+        let (mut understood, mut checks, mut first_error) = (Vec::new(), Vec::new(), None);
         for path in &files {
             match columns::understand(path, path) {
                 Ok(one) => understood.push(one),
                 // A directory of a logger also contains its settings.
-                Err(error) if files.len() > 1 => checks.push(format!("ignored: {error}")),
+                Err(error) if !named.contains(path) => {
+                    checks.push(format!("ignored: {error}"));
+                    first_error.get_or_insert(error);
+                }
                 Err(error) => return Err(error),
             }
+        }
+        if let Some(error) = first_error.filter(|_| understood.is_empty()) {
+            return Err(error);
         }
         understood.sort_by_key(|one| one.is_without_gravity);
         keep_the_first(&mut understood, &mut checks);
@@ -90,6 +98,8 @@ impl Proposal {
         checks.extend(understood.iter().flat_map(|one| one.checks.iter().cloned()));
         let tables = understood.iter().map(|one| one.mapping.clone()).collect();
         let mut mapping = Mapping { table: tables };
+        time::settle_units(&mut mapping, &understood, &mut findings, &mut checks)?;
+        units::settle_gyro_columns(&mut mapping, &understood, &mut findings, &mut checks)?;
         let mut dataset = read(&mapping)?;
         if judge_velocity(&mut mapping, &dataset, &mut checks) {
             dataset = read(&mapping)?;
@@ -107,9 +117,9 @@ impl Proposal {
             dataset = read(&mapping)?;
         }
         let before = mapping.clone();
-        if units::settle_gyro(&mut mapping, &dataset, &mut findings, &mut checks) {
+        if units::settle_gyro(&mut mapping, &dataset, stated, &mut findings, &mut checks) {
             stated.gyro = true;
-            checks.retain(|check| !check.starts_with(units::GYRO_UNSTATED));
+            checks.retain(|check| !check.starts_with(rates::GYRO_UNSTATED));
         }
         settle_speed_unit(&mut mapping, &dataset, stated, &mut findings, &mut checks)?;
         stated.height = units::settle_height(&mut mapping, &dataset, stated, &mut findings);
@@ -120,6 +130,7 @@ impl Proposal {
         let found = units::settle_by_filter(
             &mut mapping,
             &mut dataset,
+            understood.iter().any(|one| one.is_of_phone),
             &mut stated,
             &mut findings,
             &mut checks,
@@ -262,6 +273,7 @@ fn stated_units(understood: &[Understood]) -> StatedUnits {
     StatedUnits {
         baro: of(|table| table.baro.is_some()).baro,
         gyro: of(|table| table.gyro.is_some()).gyro,
+        is_gyro_whole: of(|table| table.gyro.is_some()).is_gyro_whole,
         ..of(|table| table.gps.is_some())
     }
 }

@@ -52,6 +52,14 @@ pub(super) fn lettered(names: &[String], file: &str) -> Vec<String> {
     lettered.collect()
 }
 
+/// Whether a file is of a phone's logger: called by its sensor, with columns called x, y and z.
+pub(super) fn is_of_phone(names: &[String], file: &str) -> bool {
+    let bare =
+        |name: &String| name.split(['[', '(']).next().unwrap_or_default().trim().to_lowercase();
+    sensor_of(file).is_some()
+        && ["x", "y", "z"].iter().all(|axis| names.iter().any(|name| bare(name) == *axis))
+}
+
 /// The sensor of a phone that the name of the file denotes, if any.
 fn sensor_of(file: &str) -> Option<&'static str> {
     let name: String = file.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();

@@ -1,14 +1,18 @@
 //! The columns of the time of a row.
 
-use super::columns::Reader;
+use std::ops::Range;
+
+use super::columns::{Reader, Understood};
 use super::quantity::Quantity;
-use crate::text::{TimeColumn, TimeScale, TimeUnit};
+use super::travel;
+use crate::text::{Mapping, TimeColumn, TimeScale, TimeUnit};
 use crate::utc::WEEK_S;
+use hovernav_dataset::LogError;
 
 /// Ticks of 100 ns from 1980 to 2110, counted from 1601. As nanoseconds since 1970 they would be before 1976.
-const FILE_TIMES: std::ops::Range<f64> = 1.19e17..1.61e17;
+const FILE_TIMES: Range<f64> = 1.19e17..1.61e17;
 /// Ticks of 100 ns from 1980 to 2110, counted from the year 1. As nanoseconds since 1970 they would be before 1992.
-const TICKS: std::ops::Range<f64> = 6.24e17..6.66e17;
+const TICKS: Range<f64> = 6.24e17..6.66e17;
 
 impl Reader<'_> {
     /// The time column; `None` if no column increases like a time.
@@ -36,7 +40,7 @@ impl Reader<'_> {
             Some("us") => TimeUnit::Microseconds,
             Some("ns") => TimeUnit::Nanoseconds,
             Some("d") => TimeUnit::Days,
-            _ => time_unit(step, has_motion),
+            _ => self.unstated_unit(column, step, has_motion),
         };
         let is_mjd = self.look.layout.names[column].to_lowercase().contains("mjd");
         let unit = match unit {
@@ -52,6 +56,7 @@ impl Reader<'_> {
         let name = self.name(column);
         let step_s = step * unit.seconds() / rate_hz.unwrap_or(1.0);
         let longest_s = if has_motion { 0.2 } else { 30.0 };
+        (self.span, self.step) = (self.look.range(column), step);
         if !(1e-5..=longest_s).contains(&step_s) {
             checks.push(format!(
                 "time {name}: found steps of {step_s} s, read as {}: check its unit",
@@ -85,21 +90,39 @@ impl Reader<'_> {
                  -3600 per hour east of Greenwich"
             ));
         }
-        if unit.is_of_day() && (lower == "gpst" || lower.contains("gps")) {
+        let is_dated = date.is_some() || self.look.largest(column) > YEAR_S;
+        // RTKLIB names the time scale.
+        let is_gps = unit.is_of_day() && is_dated && lower == "gpst";
+        if unit.is_of_day() && lower.contains("gps") && !is_gps {
             checks.push(format!(
-                "time {name} is GPS time as a date: read as UTC; set offset_s = -18.0 under \
-                 [table.time] for dates since 2017, if another file is in UTC"
+                "time {name} is from GPS and states no scale: read as UTC; if it is GPS time, set scale = \"gps\" \
+                 under [table.time], which needs a date"
             ));
         }
         Some(TimeColumn {
             column: name,
             unit,
-            scale: if week.is_some() { TimeScale::Gps } else { TimeScale::Own },
+            scale: if week.is_some() || is_gps { TimeScale::Gps } else { TimeScale::Own },
             date: date.map_or_else(String::new, |column| self.name(column)),
             week: week.map_or_else(String::new, |column| self.name(column)),
             rate_hz,
             ..TimeColumn::default()
         })
+    }
+
+    /// The unit of a time that states none. All plausible units are kept in `time_units`.
+    fn unstated_unit(&mut self, column: usize, step: f64, has_motion: bool) -> TimeUnit {
+        let plausible_s = if has_motion { IMU_STEPS_S } else { OTHER_STEPS_S };
+        let is_epoch =
+            |unit: &TimeUnit| EPOCHS_S.contains(&(self.look.largest(column) * unit.seconds()));
+        let mut units = PLAIN_UNITS.to_vec();
+        units.retain(|unit| plausible_s.contains(&(step * unit.seconds())));
+        if let Some(epoch) = units.iter().copied().find(is_epoch) {
+            units = vec![epoch];
+        }
+        units.sort_by_key(|unit| !USUAL_STEPS_S.contains(&(step * unit.seconds())));
+        self.time_units = units;
+        self.time_units.first().copied().unwrap_or_default()
     }
 
     /// The reason why no column is a time.
@@ -154,7 +177,7 @@ impl Reader<'_> {
             .or_else(|| first().filter(counts))
     }
 
-    fn is_between(&self, column: usize, range: std::ops::Range<f64>) -> bool {
+    fn is_between(&self, column: usize, range: Range<f64>) -> bool {
         self.look.known(column).all(|value| range.contains(&value))
     }
 
@@ -167,8 +190,9 @@ impl Reader<'_> {
     /// hms or hhmmss.
     fn is_hhmmss(&self, column: usize) -> bool {
         let is_shown = |value: f64| {
+            let is_leap = (235_960.0..235_961.0).contains(&value);
             (0.0..240_000.0).contains(&value)
-                && value % 100.0 < 60.0
+                && (value % 100.0 < 60.0 || is_leap)
                 && value / 100.0 % 100.0 < 60.0
         };
         if !self.look.known(column).all(is_shown) {
@@ -222,8 +246,13 @@ impl Reader<'_> {
     fn week(&self, time: usize, unit: TimeUnit, checks: &mut Vec<String>) -> Option<usize> {
         /// Weeks after which the ten-bit week number of some receivers starts again at 0.
         const TEN_BITS: f64 = 1024.0;
-        let week = self.known.column(Quantity::Week)?;
         let name = self.look.layout.names[time].to_lowercase();
+        // RTKLIB writes a week and the time in it below the names of a date and a time of day.
+        let of_rtklib = || {
+            let date = self.known.column(Quantity::Date).filter(|_| name == "gpst");
+            date.filter(|date| !self.look.are_dates[*date])
+        };
+        let week = self.known.column(Quantity::Week).or_else(of_rtklib)?;
         let times = self.known.meanings.iter().flatten();
         let is_only = times.filter(|meaning| meaning.quantity == Quantity::Time).count() < 2;
         let is_of_week = is_only || ["tow", "week", "sow"].iter().any(|part| name.contains(part));
@@ -267,25 +296,94 @@ impl Reader<'_> {
     }
 }
 
+/// A year, s; a larger time of a clock has a date.
+const YEAR_S: f64 = 3.2e7;
 /// Days from 1982 to 2064, as spreadsheets count them.
-const SPREADSHEET_DAYS: std::ops::Range<f64> = 3e4..6e4;
+const SPREADSHEET_DAYS: Range<f64> = 3e4..6e4;
 /// Days from 1981 to 2064, counted from the year 0.
-const DATENUMS: std::ops::Range<f64> = 7.235e5..7.54e5;
+const DATENUMS: Range<f64> = 7.235e5..7.54e5;
 
 /// Beginning of the check of a time that may be a number of rows.
 pub(super) const COUNTED: &str = "time: the counter";
 
-/// The unit in which `step` is a plausible interval: 0.2 to 150 ms for an IMU, 15 ms to 15 s for a receiver alone.
-/// Spreadsheets count in days.
-fn time_unit(step: f64, has_motion: bool) -> TimeUnit {
-    let [least, most] = if has_motion { [2e-4, 0.15] } else { [0.015, 15.0] };
-    let units = [
-        TimeUnit::Seconds,
-        TimeUnit::Milliseconds,
-        TimeUnit::Microseconds,
-        TimeUnit::Nanoseconds,
-        TimeUnit::Days,
-    ];
-    let fits = |unit: &TimeUnit| (least..most).contains(&(step * unit.seconds()));
-    units.into_iter().find(fits).unwrap_or_default()
+/// Units of times that state none. Spreadsheets count in days.
+const PLAIN_UNITS: [TimeUnit; 5] = [
+    TimeUnit::Seconds,
+    TimeUnit::Milliseconds,
+    TimeUnit::Microseconds,
+    TimeUnit::Nanoseconds,
+    TimeUnit::Days,
+];
+/// Plausible intervals of an IMU, s.
+const IMU_STEPS_S: Range<f64> = 2e-4..0.15;
+/// Plausible intervals of a file without an IMU, s: of a receiver, or of an attitude or reference as fast as an IMU.
+const OTHER_STEPS_S: Range<f64> = 1.5e-3..15.0;
+/// Usual intervals of a file without an IMU, s.
+const USUAL_STEPS_S: Range<f64> = 2.5e-3..2.5;
+/// Times from 2000 to 2100, s since 1970.
+const EPOCHS_S: Range<f64> = 9.4e8..4.1e9;
+
+/// Determines the unit of each time that has several plausible ones: the files overlap in time, or speeds agree with
+/// the distances between positions. Otherwise the user is asked.
+pub(super) fn settle_units(
+    mapping: &mut Mapping,
+    understood: &[Understood],
+    findings: &mut Vec<String>,
+    checks: &mut Vec<String>,
+) -> Result<(), LogError> {
+    let seconds = |one: &Understood, unit: TimeUnit| one.span.map(|time| time * unit.seconds());
+    let known: Vec<[f64; 2]> = (understood.iter())
+        .filter(|one| one.time_units.len() < 2 && PLAIN_UNITS.contains(&one.mapping.time.unit))
+        .map(|one| seconds(one, one.mapping.time.unit))
+        .collect();
+    for (at, one) in understood.iter().enumerate().filter(|(_, one)| one.time_units.len() > 1) {
+        let shared = |unit: &TimeUnit| {
+            let [first, last] = seconds(one, *unit);
+            let part = |[from, to]: &[f64; 2]| {
+                (last.min(*to) - first.max(*from)) / (last.max(*to) - first.min(*from))
+            };
+            known.iter().map(part).fold(0.0, f64::max)
+        };
+        let overlapping = one.time_units.iter().copied().filter(|unit| shared(unit) > 0.0);
+        let overlapping = overlapping.max_by(|a, b| shared(a).total_cmp(&shared(b)));
+        let moving = || -> Result<Option<TimeUnit>, LogError> {
+            for unit in &one.time_units {
+                let mut trial = mapping.clone();
+                trial.table[at].time.unit = *unit;
+                let travelled = travel::travel(&super::read(&trial)?.fixes);
+                if travelled.is_some_and(|one| {
+                    one.cosine >= travel::DECISIVE_COSINE && (0.5..2.0).contains(&one.ratio)
+                }) {
+                    return Ok(Some(*unit));
+                }
+            }
+            Ok(None)
+        };
+        let time = &one.mapping.time;
+        let (file, column) = (one.mapping.file.display(), &time.column);
+        if let Some(unit) = overlapping {
+            mapping.table[at].time.unit = unit;
+            findings.push(format!(
+                "{column} of {file} is in {}: the files overlap in time",
+                unit.name()
+            ));
+        } else if let Some(unit) = if one.mapping.gps.is_some() { moving()? } else { None } {
+            mapping.table[at].time.unit = unit;
+            findings.push(format!(
+                "{column} of {file} is in {}: the speeds agree with the distances between the positions",
+                unit.name()
+            ));
+        } else {
+            let [read, other] = [0, 1].map(|index| one.time_units[index]);
+            checks.push(format!(
+                "time: {column} of {file} states no unit: rows are {:.4} s apart if it is in {}, as read, or \
+                 {:.4} s if it is in {other}; for that set unit = \"{other}\" under [table.time]",
+                one.step * read.seconds(),
+                read.name(),
+                one.step * other.seconds(),
+                other = other.name()
+            ));
+        }
+    }
+    Ok(())
 }

@@ -96,7 +96,7 @@ pub(crate) fn attitude_ratio(steps: &[Step]) -> Option<f64> {
     best.map(|(_, ratio)| ratio)
 }
 
-fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
+pub(super) fn correlation(pairs: impl Iterator<Item = (f64, f64)>) -> f64 {
     let (mut xy, mut xx, mut yy) = (0.0, 0.0, 0.0);
     for (x, y) in pairs {
         xy += x * y;

@@ -48,6 +48,8 @@ pub(crate) struct StatedUnits {
     pub baro: bool,
     /// Whether the unit of the gyros is stated.
     pub gyro: bool,
+    /// Whether gyros of unknown unit give whole numbers, which may be counts.
+    pub is_gyro_whole: bool,
 }
 
 /// Agreement of a receiver's velocity with its positions.

@@ -40,7 +40,9 @@ pub(crate) struct Found {
 }
 
 /// Determines the axes of the sensors of `dataset`, which was read without any change of axes.
-pub(crate) fn found(dataset: &Dataset) -> Found {
+///
+/// `is_of_phone` means that the sensor's axes are those of a phone.
+pub(crate) fn found(dataset: &Dataset, is_of_phone: bool) -> Found {
     let identity = Turn {
         gyro: Axes::FORWARD_RIGHT_DOWN,
         accel: Axes::FORWARD_RIGHT_DOWN,
@@ -67,10 +69,23 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
         ));
         return found;
     };
-    let first = upright(axis, gravity[axis] > 0.0);
+    // A phone's y axis points to its upper edge.
+    let forward = match axis {
+        0 => 2,
+        2 if is_of_phone => 1,
+        _ => 0,
+    };
+    let first = upright(axis, forward, gravity[axis] > 0.0);
     let letter = ["x", "y", "z"][axis];
     let way = if gravity[axis] > 0.0 { "up" } else { "down" };
     found.findings.push(format!("{mean}: {letter} points {way}"));
+    if axis == 2 && is_of_phone {
+        found.checks.push(
+            "the phone lay flat, and its upper edge, y, is read as forward: if another edge was forward, correct \
+             `axes` under [table.gyro] and [table.accel], forward first"
+                .into(),
+        );
+    }
     if axis != 2 {
         found.checks.push(
             "gravity does not determine the forward axis: check `axes` under [table.gyro] and \
@@ -79,7 +94,7 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
         );
     }
     // The readings are the same if an IMU is mounted the other way up and its accelerometers have the opposite sign.
-    let other = upright(axis, gravity[axis] < 0.0);
+    let other = upright(axis, forward, gravity[axis] < 0.0);
     let candidates = [(first, first), (other, other.reversed())];
     let mut tried: Vec<([f64; 2], Turn, Vec<String>)> = Vec::new();
     for (gyro, accel) in candidates {
@@ -118,10 +133,9 @@ pub(crate) fn found(dataset: &Dataset) -> Found {
     found
 }
 
-/// The right-handed axes of an IMU whose `axis` points up or down. Forward is x, or z where x is vertical.
-fn upright(axis: usize, upwards: bool) -> Axes {
+/// The right-handed axes of an IMU whose `axis` points up or down, and `forward` forward.
+fn upright(axis: usize, forward: usize, upwards: bool) -> Axes {
     let sign = if upwards { -1.0 } else { 1.0 };
-    let forward = if axis == 0 { 2 } else { 0 };
     let right = 3 - axis - forward;
     // Right = down × forward.
     let cyclic = (forward + 3 - axis) % 3 == 1;
@@ -307,9 +321,9 @@ mod tests {
 
     #[test]
     fn axes_stay_right_handed_whichever_is_up() {
-        for axis in 0..3 {
+        for (axis, forward) in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {
             for upwards in [true, false] {
-                let Axes(rows) = upright(axis, upwards);
+                let Axes(rows) = upright(axis, forward, upwards);
                 let row = |(axis, sign): (usize, f64)| {
                     let mut row = [0.0; 3];
                     row[axis] = sign;
@@ -322,6 +336,6 @@ mod tests {
                 assert_eq!(Axes(rows).turned(force)[2], -9.8, "{axis} {upwards}");
             }
         }
-        assert_eq!(upright(2, true), Axes::FORWARD_LEFT_UP);
+        assert_eq!(upright(2, 0, true), Axes::FORWARD_LEFT_UP);
     }
 }

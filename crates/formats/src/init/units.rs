@@ -1,11 +1,13 @@
 //! Units that no name states: those with which the readings agree.
 
+use super::columns::Understood;
+use super::rates::{GYRO_UNSTATED, HIGH_RADPS, Rate};
 use super::travel::{self, StatedUnits};
 use super::turn::{self, DISAGREES, Found};
-use crate::text::{BaroUnit, GpsColumns, LengthUnit, Mapping, RateUnit, SpeedUnit};
+use crate::text::{BaroUnit, GpsColumns, LengthUnit, Mapping, RateUnit, SpeedUnit, Triad};
 use hovernav::imu::Motion;
-use hovernav_dataset::Dataset;
 use hovernav_dataset::statistics::quantile;
+use hovernav_dataset::{Dataset, LogError};
 use hovernav_findings::barometer_scale;
 
 /// Factor by which the innovations with one unit must be smaller than with all others, in mean squares.
@@ -25,14 +27,8 @@ const CLIMBS: [SpeedUnit; 5] = [
     SpeedUnit::FeetPerSecond,
     SpeedUnit::FeetPerMinute,
 ];
-/// Units of gyros whose names do not state them.
-pub(super) const RATES: [RateUnit; 5] = [
-    RateUnit::RadiansPerSecond,
-    RateUnit::DegreesPerSecond,
-    RateUnit::MilliradiansPerSecond,
-    RateUnit::CentidegreesPerSecond,
-    RateUnit::MillidegreesPerSecond,
-];
+/// Largest ratio of two units of a gyro that the angles of an attitude may not tell apart.
+const RATE_TOLERANCE: f64 = 1.2;
 
 /// Of `all`, the unit nearest to `factor` within `tolerance`.
 fn nearest<U: Copy>(all: &[U], factor_of: fn(U) -> f64, factor: f64, tolerance: f64) -> Option<U> {
@@ -46,6 +42,7 @@ fn nearest<U: Copy>(all: &[U], factor_of: fn(U) -> f64, factor: f64, tolerance: 
 pub(super) fn settle_gyro(
     mapping: &mut Mapping,
     dataset: &Dataset,
+    stated: StatedUnits,
     findings: &mut Vec<String>,
     checks: &mut Vec<String>,
 ) -> bool {
@@ -55,21 +52,37 @@ pub(super) fn settle_gyro(
     let Some(gyro) = mapping.table.iter_mut().find_map(|table| table.gyro.as_mut()) else {
         return false;
     };
-    let all = if gyro.unit.is_increment() { &INCREMENTS[..] } else { &RATES };
-    let Some(unit) = nearest(all, RateUnit::factor, ratio * gyro.unit.factor(), 2.0) else {
+    let all = match gyro.unit.is_increment() {
+        true => INCREMENTS.map(Rate::plain).to_vec(),
+        false => Rate::candidates(gyro, stated),
+    };
+    let measured = ratio * Rate::of(gyro).factor();
+    let Some(rate) = nearest(&all, Rate::factor, measured, 2.0) else {
         checks.push(format!(
             "gyro: read as {}, but the attitude turns {ratio:.3} times as fast, which is no known unit: \
              convert {} to rad/s",
-            gyro.unit.name(),
+            Rate::of(gyro).name(),
             gyro.columns.join(", ")
         ));
         return true;
     };
-    if unit != gyro.unit {
-        gyro.unit = unit;
+    if rate != Rate::of(gyro) {
+        rate.give(gyro);
         findings.push(format!(
             "the gyro's angles agree with the attitude's if the gyro is in {}",
-            unit.name()
+            rate.name()
+        ));
+    }
+    let is_close = |other: &&Rate| {
+        **other != rate && (other.factor() / measured).ln().abs() < RATE_TOLERANCE.ln()
+    };
+    let close: Vec<String> = all.iter().filter(is_close).map(|other| other.name()).collect();
+    if !close.is_empty() {
+        checks.push(format!(
+            "gyro: the attitude agrees with {}, as read, and about equally with {}: check the data sheet, and set \
+             unit and counts_per_unit under [table.gyro]",
+            rate.name(),
+            close.join(" or ")
         ));
     }
     true
@@ -163,6 +176,60 @@ pub(super) fn settle_baro(
     }
 }
 
+/// Selects the gyro among the triples of unnamed columns that may be it: the one with clearly the smallest innovations of
+/// the filter. Otherwise the user is asked.
+pub(super) fn settle_gyro_columns(
+    mapping: &mut Mapping,
+    understood: &[Understood],
+    findings: &mut Vec<String>,
+    checks: &mut Vec<String>,
+) -> Result<(), LogError> {
+    for (at, one) in understood.iter().enumerate().filter(|(_, one)| !one.other_gyros.is_empty()) {
+        let Some(gyro) = one.mapping.gyro.clone() else { continue };
+        let as_read = checks.iter().find(|check| check.starts_with(GYRO_UNSTATED)).cloned();
+        let mut readings = vec![(gyro, as_read.unwrap_or_default())];
+        readings.extend(one.other_gyros.iter().cloned());
+        let mut tried = Vec::new();
+        for (gyro, unstated) in readings {
+            let mut trial = mapping.clone();
+            trial.table[at].gyro = Some(gyro.clone());
+            let score = turn::found(&turn::head(&super::read(&trial)?), one.is_of_phone).score;
+            tried.push((score, gyro, unstated));
+        }
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let is_decisive = tried[0].0 * DECISIVE.powi(2) < tried[1].0;
+        let columns = |gyro: &Triad<RateUnit>| gyro.columns.join(" ");
+        let shown: Vec<String> = tried
+            .iter()
+            .map(|(score, gyro, _)| match score.is_finite() {
+                true => format!(
+                    "columns {} (innovations of {:.1} of their one-sigmas)",
+                    columns(gyro),
+                    score.sqrt()
+                ),
+                false => format!("columns {} (no fixes to test them with)", columns(gyro)),
+            })
+            .collect();
+        let (_, gyro, unstated) = tried.swap_remove(0);
+        if is_decisive {
+            findings.push(format!(
+                "the fixes agree with the gyro in {}, not in {}",
+                shown[0],
+                shown[1..].join(" or ")
+            ));
+        } else {
+            checks.push(format!(
+                "gyro: the columns have no names: read as {}; if it is {}, set these under [table.gyro]",
+                shown[0], shown[1..].join(" or ")
+            ));
+        }
+        checks.retain(|check| !check.starts_with(GYRO_UNSTATED));
+        checks.push(unstated);
+        mapping.table[at].gyro = Some(gyro);
+    }
+    Ok(())
+}
+
 /// Axes that were found with other units of gyro and height.
 struct Tried {
     /// Factors on the heights and on the rates.
@@ -172,10 +239,10 @@ struct Tried {
 }
 
 impl Tried {
-    fn with(dataset: &Dataset, height: f64, rate: f64) -> Self {
+    fn with(dataset: &Dataset, is_of_phone: bool, height: f64, rate: f64) -> Self {
         let mut other = turn::head(dataset);
         scale(&mut other, height, rate);
-        Self { height, rate, found: turn::found(&other) }
+        Self { height, rate, found: turn::found(&other, is_of_phone) }
     }
 }
 
@@ -185,20 +252,25 @@ impl Tried {
 pub(super) fn settle_by_filter(
     mapping: &mut Mapping,
     dataset: &mut Dataset,
+    is_of_phone: bool,
     known: &mut StatedUnits,
     findings: &mut Vec<String>,
     checks: &mut Vec<String>,
 ) -> Found {
     let foot = LengthUnit::Feet.factor();
-    let as_read = Tried { height: 1.0, rate: 1.0, found: turn::found(dataset) };
-    let gyro = mapping.table.iter().find_map(|table| table.gyro.as_ref()).map(|gyro| gyro.unit);
+    let as_read = Tried { height: 1.0, rate: 1.0, found: turn::found(dataset, is_of_phone) };
+    let gyro = mapping.table.iter().find_map(|table| table.gyro.as_ref());
+    let as_read_in = gyro.map(Rate::of);
+    let is_counted = as_read_in.is_some_and(|rate| rate.counts_per_unit != 1.0);
     let rates = match gyro {
-        Some(unit) if !known.gyro && as_read.found.score >= DISAGREES => {
-            possible_rates(dataset, unit)
+        Some(gyro) if !known.gyro && (is_counted || as_read.found.score >= DISAGREES) => {
+            possible_rates(dataset, gyro, *known)
         }
         _ => Vec::new(),
     };
-    if as_read.found.score < DISAGREES && gyro == Some(RateUnit::DegreesPerSecond) {
+    if as_read.found.score < DISAGREES
+        && as_read_in == Some(Rate::plain(RateUnit::DegreesPerSecond))
+    {
         checks.retain(|check| !check.starts_with(GYRO_UNSTATED));
     }
     // Heights that fit as read need no other unit, and heights that only scatter have none: a smaller unit makes their
@@ -206,12 +278,12 @@ pub(super) fn settle_by_filter(
     let climbs = travel::climbs(&dataset.fixes);
     let is_height_tried = !known.height && climbs && as_read.found.height_score >= turn::DISAGREES;
     let heights = if is_height_tried { &[1.0, foot][..] } else { &[1.0] };
-    let factor = gyro.map_or(1.0, RateUnit::factor);
+    let factor = as_read_in.map_or(1.0, Rate::factor);
     let mut tried = vec![as_read];
     for &height in heights {
         for rate in std::iter::once(1.0).chain(rates.iter().map(|unit| unit.factor() / factor)) {
             if height != 1.0 || rate != 1.0 {
-                tried.push(Tried::with(dataset, height, rate));
+                tried.push(Tried::with(dataset, is_of_phone, height, rate));
             }
         }
     }
@@ -219,23 +291,44 @@ pub(super) fn settle_by_filter(
     let scores = tried.iter().enumerate().map(|(at, one)| (one.found.score * handicap(at), at));
     let best = scores.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0, |(_, index)| index);
     let Tried { height, rate, found } = tried.swap_remove(best);
-    let is_rate_found =
-        tried.iter().any(|one| one.rate != rate && one.found.score > DECISIVE * found.score);
+    // The other units of the gyro, and those among them that fit about as well.
+    let others: Vec<&Tried> = tried.iter().filter(|one| one.rate != rate).collect();
+    let is_close = |one: &&&Tried| one.found.score <= DECISIVE * found.score;
+    let close: Vec<&Tried> = others.iter().filter(is_close).copied().collect();
+    let name = |ratio: f64| {
+        let rate = nearest(&rates, Rate::factor, factor * ratio, 1.01).or(as_read_in);
+        rate.map_or_else(String::new, Rate::name)
+    };
     // Heights in feet that are read as metres would move by 3.28 times what the inertial samples measure. The heights as
     // read are in metres if they fit, but would not fit at 3.28 times their size.
     let is_height_found = climbs
         && found.height_score < FITS
         && (height != 1.0 || {
-            let larger = Tried::with(dataset, 1.0 / foot, rate);
+            let larger = Tried::with(dataset, is_of_phone, 1.0 / foot, rate);
             larger.found.height_score > DECISIVE * found.height_score.max(1.0)
         });
     scale(dataset, height, rate);
     for table in &mut mapping.table {
-        if let Some(gyro) = table.gyro.as_mut().filter(|_| is_rate_found) {
-            gyro.unit = nearest(&RATES, RateUnit::factor, factor * rate, 1.01).unwrap_or(gyro.unit);
-            findings
-                .push(format!("the fixes agree with the gyro if it is in {}", gyro.unit.name()));
+        if let Some(gyro) =
+            table.gyro.as_mut().filter(|_| !others.is_empty() && found.score.is_finite())
+        {
+            nearest(&rates, Rate::factor, factor * rate, 1.01).unwrap_or(Rate::of(gyro)).give(gyro);
             checks.retain(|check| !check.starts_with(GYRO_UNSTATED));
+            if close.is_empty() {
+                findings.push(format!("the fixes agree with the gyro if it is in {}", name(rate)));
+            } else {
+                let all = close
+                    .iter()
+                    .map(|one| format!("{} ({:.2})", name(one.rate), one.found.score.sqrt()));
+                checks.push(format!(
+                    "gyro: the unit is not stated: read as {} (innovations of {:.2} of their one-sigmas), but the fixes \
+                     agree about equally with {}. Check the data sheet, and set unit and counts_per_unit under \
+                     [table.gyro]",
+                    name(rate),
+                    found.score.sqrt(),
+                    all.collect::<Vec<_>>().join(" or ")
+                ));
+            }
         }
         let Some(gps) = table.gps.as_mut().filter(|_| !known.height) else { continue };
         if height != 1.0 {
@@ -269,15 +362,10 @@ fn unknown_height(gps: &GpsColumns, dataset: &Dataset) -> String {
     )
 }
 
-/// Beginning of the check of a gyro whose unit is not stated.
-pub(super) const GYRO_UNSTATED: &str = "gyro: rates reach";
-
-/// The 99th percentile of the rate of a vehicle that flies, rad/s: from a calm hover to the limit of gyros.
-pub(super) const HIGH_RADPS: std::ops::Range<f64> = 0.03..40.0;
-
-/// The units, other than `unit`, with which the highest rates of `dataset` are those of a vehicle. The dataset was read
-/// in `unit`.
-fn possible_rates(dataset: &Dataset, unit: RateUnit) -> Vec<RateUnit> {
+/// The units other than that of `gyro`, in which `dataset` was read, with which the highest rates are those of a
+/// vehicle.
+fn possible_rates(dataset: &Dataset, gyro: &Triad<RateUnit>, stated: StatedUnits) -> Vec<Rate> {
+    let as_read = Rate::of(gyro);
     let rate = |motion: &Motion| match motion {
         Motion::Rates { angular_rate_radps, .. } => angular_rate_radps.norm(),
         Motion::Increments { .. } => f64::NAN,
@@ -285,10 +373,10 @@ fn possible_rates(dataset: &Dataset, unit: RateUnit) -> Vec<RateUnit> {
     let mut rates: Vec<f64> = dataset.imu.iter().map(|sample| rate(&sample.motion)).collect();
     rates.retain(|rate| rate.is_finite());
     let Some(high) = quantile(&mut rates, 0.99) else { return Vec::new() };
-    let is_possible = |other: &RateUnit| {
-        *other != unit && HIGH_RADPS.contains(&(high * other.factor() / unit.factor()))
+    let is_possible = |other: &Rate| {
+        *other != as_read && HIGH_RADPS.contains(&(high * other.factor() / as_read.factor()))
     };
-    RATES.into_iter().filter(is_possible).collect()
+    Rate::candidates(gyro, stated).into_iter().filter(is_possible).collect()
 }
 
 /// Multiplies the heights and the rates of `dataset` by these factors.

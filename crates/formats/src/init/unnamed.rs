@@ -4,15 +4,16 @@ use super::look::Look;
 use super::names::Meaning;
 use super::quantity::Quantity;
 
-/// The meanings of the columns of `look`, as far as their values determine them.
+/// The meanings of the columns of `look`, as far as their values determine them, and the other columns that may be the
+/// gyro.
 ///
-/// Time is the first column that rises. Three adjacent columns are an accelerometer if their norm is gravity, or
-/// gravity times the time step. The three columns before them, otherwise those after them, are a gyro. This reads the
-/// inertial files of KF-GINS (angle increments, then velocity increments) and of NaveGo (specific force, then rates).
+/// Time is the first column that rises, if possible one that does not count rows. Three adjacent columns are an
+/// accelerometer if their norm is gravity, or gravity times the time step. The gyro is [next](gyros) to them. This reads
+/// the inertial files of KF-GINS (angle increments, then velocity increments) and of NaveGo (specific force, then rates).
 /// Latitude, longitude and height are adjacent columns. In a file with an accelerometer, the first two of them must
 /// change as slowly as a position does. In a file without, the three columns after the height are one-sigmas if all
 /// values are positive, otherwise velocities.
-pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
+pub(crate) fn meanings(look: &Look) -> (Vec<Option<Meaning>>, Vec<[usize; 3]>) {
     let count = look.columns.len();
     let mut meanings = vec![None; count];
     if let Some(first) = kitti(look) {
@@ -24,15 +25,24 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
             let estimated = matches!(quantity, Quantity::Attitude(_));
             meanings[first + column] = Some(Meaning { quantity, unit: Some(unit), estimated });
         }
-        return meanings;
+        return (meanings, Vec::new());
     }
     let mut give = |column: usize, quantity: Quantity| {
         meanings[column] = Some(Meaning { quantity, unit: None, estimated: false });
     };
-    let rising = (0..count).find(|&column| look.rises(column));
-    let Some(time) = rising.or_else(|| (count > 0 && look.climbs(0)).then_some(0)) else {
-        return meanings;
+    let is_time = |&column: &usize| {
+        let [least, most] = look.range(column);
+        !look.counts(column) && look.is_even(column) && most - least > 1.0
     };
+    let rising = || (0..count).filter(|&column| look.rises(column));
+    let rising = rising()
+        .find(is_time)
+        .filter(|_| rising().next().is_some_and(|first| look.counts(first)))
+        .or_else(|| rising().next());
+    let Some(time) = rising.or_else(|| (count > 0 && look.climbs(0)).then_some(0)) else {
+        return (meanings, Vec::new());
+    };
+    let mut other_gyros = Vec::new();
     give(time, Quantity::Time);
     let first = time + 1;
     let step = look.step(time);
@@ -47,18 +57,27 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
         is_gravity.then_some((at, is_increment, high / norm))
     };
     let accel = (first..count.saturating_sub(2)).filter_map(variation);
-    let split = |at: usize| !(at - first).is_multiple_of(3);
+    let is_position =
+        |at: &usize| is_place(look, *at) && is_smooth(look, *at) && is_smooth(look, at + 1);
+    let positions: Vec<usize> = (first..count.saturating_sub(2)).filter(is_position).collect();
+    // Other columns of one value, such as a number of satellites, do not belong to a triple.
+    let is_single = |column: &usize| {
+        let [least, most] = look.range(*column);
+        least == most && most != 0.0 && !positions.iter().any(|at| at + 2 == *column)
+    };
+    let split =
+        |at: usize| !(first..at).filter(|column| !is_single(column)).count().is_multiple_of(3);
     let accel = accel.min_by(|a, b| split(a.0).cmp(&split(b.0)).then(a.2.total_cmp(&b.2)));
     if let Some((accel, is_increment, _)) = accel {
-        let before = accel.checked_sub(3).filter(|gyro| *gyro >= first);
-        let gyro = before.or_else(|| (accel + 6 <= count).then_some(accel + 3));
-        let taken = gyro.map_or(accel..accel + 3, |gyro| accel.min(gyro)..accel.max(gyro) + 3);
-        let is_free =
-            |at: &usize| !(taken.start..taken.end).any(|own| (*at..at + 3).contains(&own));
-        let place = (first..count.saturating_sub(2))
-            .filter(is_free)
-            .find(|&at| is_place(look, at) && is_smooth(look, at) && is_smooth(look, at + 1));
-        if let Some(place) = place {
+        let found = gyros(look, first, accel);
+        let gyro = found.first().copied();
+        // Increments of angle and velocity have one unit each.
+        let others = found.iter().skip(1).filter(|_| !is_increment);
+        other_gyros = others.map(|&at| [at, at + 1, at + 2]).collect();
+        let is_free = |at: &usize| {
+            [Some(accel), gyro].into_iter().flatten().all(|own| own.abs_diff(*at) >= 3)
+        };
+        if let Some(place) = positions.iter().copied().find(is_free) {
             give(place, Quantity::Latitude);
             give(place + 1, Quantity::Longitude);
             give(place + 2, Quantity::Height(None));
@@ -88,7 +107,51 @@ pub(crate) fn meanings(look: &Look) -> Vec<Option<Meaning>> {
             (0..3).for_each(|axis| give(next + axis, Quantity::Velocity(axis)));
         }
     }
-    meanings
+    (meanings, other_gyros)
+}
+
+/// First columns of the triples that may be a gyro, at a multiple of three columns from the accelerometer at `accel`:
+/// the triples next to it, those before it first, otherwise the nearest one.
+///
+/// A triple is no gyro if it is 0 throughout, or if another one is the rate of its change, or repeats it. A triple of
+/// constant norm, as of a position or a magnetic field, is one only without another.
+fn gyros(look: &Look, first: usize, accel: usize) -> Vec<usize> {
+    /// Smallest ratio of the median norm to the 99th percentile that counts as constant.
+    const CONSTANT: f64 = 0.9;
+    /// Smallest magnitude of the correlation of an angle's change with the rate.
+    const ALIKE: f64 = 0.8;
+    let count = look.columns.len();
+    let triple = |at: usize| [at, at + 1, at + 2];
+    let is_moving = |at: &usize| look.high_norm(triple(*at)) > 0.0;
+    let mut all: Vec<usize> = (first..count.saturating_sub(2))
+        .filter(|at| *at != accel && at.abs_diff(accel).is_multiple_of(3))
+        .filter(is_moving)
+        .collect();
+    all.sort_by_key(|at| (at.abs_diff(accel), *at));
+    let varies =
+        |at: &usize| look.median_norm(triple(*at)) < CONSTANT * look.high_norm(triple(*at));
+    if all.iter().any(varies) {
+        all.retain(varies);
+    }
+    let likeness = |a: usize, b: usize, of: fn(&Look, usize, usize) -> f64| {
+        (0..3).map(|axis| of(look, a + axis, b + axis).abs()).fold(0.0, f64::max)
+    };
+    // The change of a rate that oscillates is like the angle too, but less.
+    let is_angle = |angle: usize, rate: usize| {
+        let change = likeness(angle, rate, Look::likeness_of_change);
+        change > ALIKE && change > likeness(rate, angle, Look::likeness_of_change)
+    };
+    let candidates = all.clone();
+    all.retain(|&at| !candidates.iter().any(|&rate| rate != at && is_angle(at, rate)));
+    let mut different: Vec<usize> = Vec::new();
+    for at in all {
+        if !different.iter().any(|&before| likeness(before, at, Look::likeness) > ALIKE) {
+            different.push(at);
+        }
+    }
+    let nearest = different.iter().take_while(|at| at.abs_diff(accel) == 3).count().max(1);
+    different.truncate(nearest);
+    different
 }
 
 /// Columns of the KITTI data set that are used, with their units. The vehicle axes are forward, left and up; the
@@ -143,9 +206,7 @@ fn is_smooth(look: &Look, column: usize) -> bool {
 /// Whether two columns can be a latitude and a longitude, in degrees, each with a range below 1°.
 fn is_place(look: &Look, at: usize) -> bool {
     let spread = |column: usize| {
-        let (least, most) = look
-            .known(column)
-            .fold((f64::MAX, f64::MIN), |(least, most), value| (least.min(value), most.max(value)));
+        let [least, most] = look.range(column);
         most - least
     };
     look.largest(at) <= 90.0

@@ -201,6 +201,11 @@ fn of_day_ns(fix: &ReceiverFix) -> Option<i64> {
     Some(unix_ns(fix).unwrap_or(of_day).rem_euclid(DAY_NS))
 }
 
+/// Whether a fix is in a leap second, after the last second of a day.
+fn is_in_leap(fix: &ReceiverFix) -> bool {
+    matches!(fix.time, Some(ReceiverTime::Utc { time_of_day_ns, .. }) if time_of_day_ns >= DAY_NS as u64)
+}
+
 /// Time between two fixes, ns; less than half a day if either has no date.
 fn apart_ns(fix: &ReceiverFix, before: &ReceiverFix) -> Option<i64> {
     let dated = unix_ns(fix).zip(unix_ns(before));
@@ -278,8 +283,10 @@ fn gather(
         let by_utc = || Some(apart_ns(fix, before?)? as f64 * 1e-9);
         let step_s = on_one_scale.or_else(by_utc);
         without_time += usize::from(fix.time.is_none());
+        // The second after a leap second has the same time in UTC since 1970.
+        let leap_s = f64::from(u8::from(before.is_some_and(is_in_leap) && !is_in_leap(fix)));
         seconds += match step_s {
-            Some(step_s) => step_s,
+            Some(step_s) => step_s + leap_s,
             None if index == 0 => 0.0,
             None => 1.0,
         };

@@ -4,7 +4,7 @@ use super::columns::{Fields, Source};
 use super::mapping::GpsColumns;
 use super::units::HeightAbove;
 use hovernav::time::Time;
-use hovernav_dataset::{Dimensions, LogError, StatedFix, is_unknown};
+use hovernav_dataset::{Dimensions, LogError, StatedFix, is_unknown, is_unknown_velocity};
 
 /// The column indices of a receiver.
 pub(crate) struct GpsPlaces {
@@ -82,7 +82,7 @@ impl GpsPlaces {
         let height = unknown_as_nan(fields.number(height)?);
         let horizontal =
             self.horizontal.map_or(Ok([f64::NAN; 2]), |columns| fields.numbers(columns))?;
-        let vertical = fields.known(self.vertical)?.unwrap_or(f64::NAN);
+        let vertical = fields.known(self.vertical)?.map_or(f64::NAN, unknown_velocity_as_nan);
         let above = match mapping.height_above {
             HeightAbove::Ellipsoid => 0.0,
             HeightAbove::Sea => match self.geoid_separation {
@@ -100,7 +100,7 @@ impl GpsPlaces {
         let to_mps = mapping.speed_unit.factor();
         let vertical_to_mps = mapping.vertical_unit().factor();
         let down = if mapping.down.is_empty() { -vertical_to_mps } else { vertical_to_mps };
-        let [first, second] = horizontal.map(unknown_as_nan);
+        let [first, second] = horizontal.map(unknown_velocity_as_nan);
         let [position_sigma_m, velocity_sigma_mps] = self.sigmas(fields)?;
         let fix_type = fields.fix_type(self.fix_type);
         let satellites = fields.known(self.satellites)?.unwrap_or(f64::NAN);
@@ -163,4 +163,8 @@ impl GpsPlaces {
 
 fn unknown_as_nan(value: f64) -> f64 {
     if is_unknown(value) { f64::NAN } else { value }
+}
+
+fn unknown_velocity_as_nan(value: f64) -> f64 {
+    if is_unknown_velocity(value) { f64::NAN } else { value }
 }

@@ -95,8 +95,8 @@ pub struct TimeColumn {
     /// Column of the GPS week that belongs to the time, counted from 6 January 1980; with `scale = "gps"`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub week: String,
-    /// Time scale. `own`: the logger's clock, or UTC since 1970. `gps`: GPS time since 6 January 1980, which is
-    /// converted to UTC with leap seconds.
+    /// Time scale. `own`: the logger's clock, or UTC since 1970. `gps`: GPS time since 6 January 1980, or
+    /// as a date and time of day, which is converted to UTC with leap seconds.
     #[serde(skip_serializing_if = "TimeScale::is_own")]
     pub scale: TimeScale,
     /// Offset added to the time, s, to bring several files to one clock.

@@ -142,7 +142,8 @@ impl TableColumns {
             let Some(week) = week else { return Ok(None) };
             time = later(time, week as i64 * WEEK_NS);
         }
-        Ok(Some(mapping.scale.to_utc(time).offset_by(mapping.offset_s)))
+        let is_dated = self.date.is_some() || mapping.unit == TimeUnit::Clock;
+        Ok(Some(mapping.scale.to_utc(time, is_dated).offset_by(mapping.offset_s)))
     }
 
     pub fn motion(&mut self, fields: &Fields<'_>) -> Result<Motions, LogError> {

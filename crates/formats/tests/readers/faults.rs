@@ -269,3 +269,18 @@ fn a_line_without_end_costs_only_itself() {
     assert_eq!(log.dataset.imu.len(), 1000, "{:?}", log.dataset.warnings);
     assert!(warns(&log.dataset, "line of more than 16384 bytes; ignored"));
 }
+
+#[test]
+fn a_velocity_for_unknown_ones_is_no_velocity_in_any_format() {
+    let mut flight = Flight::at_rest(1.0);
+    for (k, row) in flight.fixes.iter_mut().enumerate() {
+        row.north_mps = if k % 7 == 3 { 655.35 } else { 0.1 };
+    }
+    for format in crate::alike::FORMATS {
+        let dataset = written(&flight, format).read();
+        let fastest = dataset.fixes.iter().filter_map(|fix| fix.horizontal_velocity_mps);
+        let fastest_mps = fastest.map(|[north, _]| north.abs()).fold(0.0, f64::max);
+        assert_eq!(dataset.fixes.len(), 20, "{format}: {:?}", dataset.warnings);
+        assert!((0.05..0.2).contains(&fastest_mps), "{format}: {fastest_mps}");
+    }
+}

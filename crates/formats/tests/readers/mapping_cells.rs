@@ -150,3 +150,35 @@ fn a_sensor_of_zeros_is_replaced_by_another_of_the_file() {
     let (report, _, dataset) = mapped(&[("flight.csv", text)]);
     assert_eq!((dataset.imu.len(), dataset.fixes.len()), (1000, 40), "{report}");
 }
+
+#[test]
+fn numbers_for_an_unknown_velocity_are_no_velocity_and_do_not_change_its_unit() {
+    let moving = |unknown: &str, k: u32| {
+        each_second(
+            k,
+            |cells| {
+                cells.join(",")
+                    + &if k % 225 == 24 { format!(",{unknown}") } else { ",1.0,0.0".into() }
+            },
+            ",,,,",
+        )
+    };
+    for unknown in ["655.35,655.35", "999.99,999.99", "-9999,-9999", "655.35,0"] {
+        let names = "lat,lon,height,vn,ve";
+        let (report, mapping, dataset) =
+            mapped(&[("flight.csv", flight(names, |k| moving(unknown, k)))]);
+        assert_eq!(dataset.fixes.len(), 40, "{unknown}: {report}");
+        for (k, fix) in dataset.fixes.iter().enumerate() {
+            let expected = (k % 9 != 0).then_some([1.0, 0.0]);
+            assert_eq!(
+                fix.horizontal_velocity_mps, expected,
+                "{unknown}, {k}: {report}\n{mapping}"
+            );
+        }
+    }
+    // Phones write -1 for an unknown speed and course.
+    let (report, _, dataset) =
+        mapped(&[("flight.csv", flight("lat,lon,height,speed,bearing", |k| moving("-1,-1", k)))]);
+    let unknown = dataset.fixes.iter().filter(|fix| fix.horizontal_velocity_mps.is_none()).count();
+    assert_eq!(unknown, 5, "{report}");
+}

@@ -153,3 +153,31 @@ fn a_quaternion_has_any_length_and_order_also_in_a_file_of_its_own() {
         }
     }
 }
+
+#[test]
+fn counts_of_a_gyro_are_read_by_the_flight_and_those_that_fit_alike_are_named() {
+    let mut asked = 0;
+    for counts in [16.4, 131.0] {
+        let row = |_: usize, sample: &[f64]| {
+            let gyro = |axis: usize| (sample[axis].to_degrees() * counts).round();
+            let accel = |axis: usize| (sample[axis] / 9.80665 * 4096.0).round();
+            let all = [gyro(1), gyro(2), gyro(3), accel(4), accel(5), accel(6)];
+            format!("{},{}", sample[0], all.map(|value| value.to_string()).join(","))
+        };
+        let (report, mapping, dataset) = flown("t_s,gx,gy,gz,ax,ay,az", 1.0, row);
+        let original = rows("imu.csv");
+        let norm = |of: &[f64]| of.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let read = |sample: &hovernav::imu::ImuSample| {
+            sample.motion.mean_rates(0.03).angular_rate_radps.norm()
+        };
+        let ratio = dataset.imu.iter().map(read).sum::<f64>()
+            / original.iter().map(|sample| norm(&sample[1..4])).sum::<f64>();
+        // A calm hover does not tell all scales apart: those that it does not are named.
+        let counts = format!("counts, {counts} per deg/s");
+        let is_right = (0.97..1.03).contains(&ratio);
+        assert!(is_right || report.contains(&counts), "{counts}: {ratio} {report}\n{mapping}");
+        assert!(!report.contains("cdeg/s") && !report.contains("mrad/s"), "{report}");
+        asked += usize::from(report.contains("check: gyro"));
+    }
+    assert!(asked > 0);
+}

@@ -214,3 +214,81 @@ fn linear_acceleration_and_gravity_are_added_by_any_name_and_sign() {
         mapped(&[("log.csv", format!("time,{names}\n{}", rows.collect::<String>()))]);
     assert!(mapping.contains("\"acc_x\", \"acc_y\", \"acc_z\""), "{mapping}");
 }
+
+/// Four minutes of rows of a vehicle that rolls, pitches and turns while it moves north: the time, and triples of
+/// columns in the order of `triples`, without names.
+fn unnamed(triples: &str, counter: bool) -> String {
+    let angle = |axis: usize, t: f64| match axis {
+        0 => 0.2 * (1.1 * t).sin(),
+        1 => 0.15 * (0.7 * t).cos(),
+        _ => 0.8 * (0.3 * t).sin(),
+    };
+    let row = |k: u32| {
+        let t = 0.02 * f64::from(k);
+        let noise = 1e-3 * f64::from(k * 7 % 13);
+        let triple = |letter: char| -> Vec<f64> {
+            match letter {
+                'e' => [0, 1, 2].map(|axis| angle(axis, t)).to_vec(),
+                'd' => [0, 1, 2].map(|axis| angle(axis, t).to_degrees()).to_vec(),
+                'g' => [0, 1, 2]
+                    .map(|axis| (angle(axis, t + 1e-4) - angle(axis, t)) / 1e-4 + noise)
+                    .to_vec(),
+                'a' => [noise, 0.3 * (2.0 * t).sin(), -9.81 + noise].to_vec(),
+                'm' => [0.215, 0.01 + 1e-4 * noise, 0.43].to_vec(),
+                'v' => {
+                    [5.0 + (0.2 * t).sin(), 0.5 * (0.13 * t).cos(), 0.1 * (0.9 * t).sin()].to_vec()
+                }
+                'p' => [47.0 + 4.5e-5 * t, 8.5 + 1e-6 * t, 410.0].to_vec(),
+                's' => [14.0, 1.2].to_vec(),
+                _ => [0.0; 3].to_vec(),
+            }
+        };
+        let fields = triples.chars().flat_map(triple).map(|value| format!("{value:.7}"));
+        let count = if counter { format!("{k} ") } else { String::new() };
+        format!("{count}{t:.3} {}\n", fields.collect::<Vec<_>>().join(" "))
+    };
+    (0..6000).map(row).collect()
+}
+
+#[test]
+fn the_gyro_of_unnamed_columns_is_the_triple_that_is_a_rate() {
+    for (triples, counter, first) in [
+        ("gap", false, 2),
+        ("agp", false, 5),
+        ("pveag", false, 14),
+        ("dgap", false, 5),
+        ("pdag", true, 12),
+        ("psdag", true, 14),
+        ("gagap", false, 2),
+        ("pev0g0a", false, 14),
+        ("gamp", false, 2),
+        ("eag", false, 8),
+    ] {
+        let (report, mapping, _) = mapped(&[("log.txt", unnamed(triples, counter))]);
+        let gyro = [0, 1, 2].map(|axis| (first + axis).to_string()).join(" ");
+        let line = report.lines().find(|line| line.starts_with("  gyro")).unwrap();
+        assert!(line.contains(&format!(" {gyro} ")), "{triples}: expected {gyro}\n{report}");
+        let time = if counter { "\"2\"" } else { "\"1\"" };
+        assert!(mapping.contains(&format!("column = {time}")), "{triples}\n{mapping}");
+        assert!(mapping.contains("unit = \"s\""), "{triples}\n{mapping}");
+    }
+    // Nothing tells a velocity from a rate without fixes.
+    let (report, ..) = mapped(&[("log.txt", unnamed("vag", false))]);
+    assert!(report.contains("check: gyro: the columns have no names: read as columns"), "{report}");
+    assert!(report.contains("2 3 4") && report.contains("8 9 10"), "{report}");
+}
+
+#[test]
+fn the_upper_edge_of_a_phone_that_lies_flat_is_forward_and_to_check() {
+    let file = |row: &dyn Fn(f64) -> String| {
+        let rows = (0..4000).map(|k| format!("{:.2},{}\n", f64::from(k) * 0.01, row(f64::from(k))));
+        format!("seconds_elapsed,z,y,x\n{}", rows.collect::<String>())
+    };
+    let (report, mapping, dataset) = mapped(&[
+        ("TotalAcceleration.csv", file(&|k| format!("{:.4},0.5,0.2", 9.8 + 0.01 * k.sin()))),
+        ("Gyroscope.csv", file(&|k| format!("{:.5},0.02,0.001", 1e-3 * k.sin()))),
+    ]);
+    let force = dataset.imu[100].motion.mean_rates(0.01).specific_force_mps2.to_array();
+    assert!((force[0] - 0.5).abs() < 1e-3 && (force[1] - 0.2).abs() < 1e-3, "{force:?} {mapping}");
+    assert!(report.contains("check: the phone lay flat, and its upper edge"), "{report}");
+}

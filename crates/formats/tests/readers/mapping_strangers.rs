@@ -147,3 +147,28 @@ fn numbered_columns_of_a_position_and_a_velocity_are_read() {
         assert_eq!(dataset.fixes[0].horizontal_velocity_mps, Some([3.0, 0.0]), "{report}");
     }
 }
+
+#[test]
+fn a_file_that_is_named_is_no_settings_file_and_its_error_is_reported() {
+    let place = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = place.path().join(name);
+        fs::write(&path, text).unwrap();
+        path
+    };
+    let [imu, gps] = level_drive("time_s,lat,lon,height,speed,course", "");
+    let settings = write("Metadata.csv", "version,name,zone\n3,Pixel,Zurich\n");
+    let gps = write("gps.csv", &gps.1);
+    let refused = |files: &[std::path::PathBuf]| Proposal::of(files).unwrap_err().to_string();
+    for files in [vec![settings.clone(), gps.clone()], vec![gps, settings.clone()]] {
+        assert!(refused(&files).contains("Metadata.csv"), "{}", refused(&files));
+    }
+    let other = write("other.csv", "a,b\nx,y\n");
+    for files in [vec![settings, other], vec![place.path().to_path_buf()]] {
+        fs::remove_file(place.path().join("gps.csv")).ok();
+        let error = refused(&files);
+        assert!(error.contains("Metadata.csv") && !error.contains("capture"), "{error}");
+    }
+    write("imu.csv", &imu.1);
+    assert!(Proposal::of(&[place.path().to_path_buf()]).is_ok());
+}

@@ -211,3 +211,138 @@ fn days_of_spreadsheets_and_of_matlab_are_times() {
         assert!(report.contains(&format!("  {unit_name}\n")), "{names}: {report}");
     }
 }
+
+#[test]
+fn the_second_after_a_leap_second_follows_it() {
+    // Labels of the milliseconds after 2016-12-31T23:59:30, with the leap second at its end.
+    let label = |milliseconds: u32, day: bool, sign: &str| {
+        let (second, thousandths) = (milliseconds / 1000, milliseconds % 1000);
+        let (date, hour, minute, second) = match second {
+            0..=29 => ("2016-12-31", 23, 59, second + 30),
+            30 => ("2016-12-31", 23, 59, 60),
+            _ => ("2017-01-01", 0, (second - 31) / 60, (second - 31) % 60),
+        };
+        let date = if day { format!("{date}T") } else { String::new() };
+        format!("{date}{hour:02}{sign}{minute:02}{sign}{second:02}.{thousandths:03}")
+    };
+    for (what, dated, sign) in
+        [("dates", true, ":"), ("times of day", false, ":"), ("hhmmss", false, "")]
+    {
+        for interval_ms in [250, 1000] {
+            let (report, _, dataset) = mapped(&[
+                ("imu.csv", unit("utc", |k| label(10 * k, dated, sign))),
+                ("gps.csv", receiver("utc", |k| label(interval_ms * k, dated, sign))),
+            ]);
+            let what = format!("{what}, fixes every {interval_ms} ms");
+            assert_eq!((dataset.imu.len(), dataset.fixes.len()), (6000, 240), "{what}\n{report}");
+            for (k, fix) in dataset.fixes.iter().enumerate() {
+                let off_s =
+                    fix.time - dataset.imu[0].time - 1e-3 * f64::from(interval_ms) * k as f64;
+                assert!(off_s.abs() < 1e-6, "{what}: fix {k} is {off_s} s off\n{report}");
+            }
+            assert_abs_diff_eq!(
+                dataset.imu[5999].time - dataset.imu[0].time,
+                59.99,
+                epsilon = 1e-6
+            );
+        }
+    }
+}
+
+#[test]
+fn the_time_of_rtklib_is_converted_from_the_scale_that_its_header_names() {
+    // 2024-05-05T10:00:00Z; GPS time is 18 s ahead.
+    let unix_ms = 1_714_903_200_000_u64;
+    let imu = || unit("unix_ms", |k| (unix_ms + 10 * u64::from(k)).to_string());
+    for (what, scale, ahead_s, of_week) in [
+        ("dates in UTC", "UTC", 0, false),
+        ("dates", "GPST", 18, false),
+        ("weeks", "GPST", 18, true),
+    ] {
+        let rows = (0..240).map(|k: u32| {
+            let after_ms = 250 * k + 1000 * ahead_s;
+            let time = match of_week {
+                true => format!("2313 {:.3}", 36_000.0 + 1e-3 * f64::from(after_ms)),
+                false => format!(
+                    "2024/05/05 10:{:02}:{:02}.{:03}",
+                    after_ms / 60_000,
+                    after_ms / 1000 % 60,
+                    after_ms % 1000
+                ),
+            };
+            let latitude_deg = 47.0 + 1e-5 * f64::from(k);
+            format!("{time}  {latitude_deg:.9}  8.500000000  410.2500   1  12   0.5  0.5   0.75\n")
+        });
+        let text = format!(
+            "% program   : RTKLIB\n%  {scale}  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   \
+             sdu(m)\n{}",
+            rows.collect::<String>()
+        );
+        let (report, mapping, dataset) = mapped(&[("imu.csv", imu()), ("rover.pos", text)]);
+        assert_eq!(dataset.fixes.len(), 240, "{what}\n{report}");
+        let apart_s = dataset.fixes[200].time - dataset.imu[5000].time;
+        assert!(apart_s.abs() < 1e-6, "{what}: {apart_s} s apart\n{report}\n{mapping}");
+        assert!(!report.contains("check: time"), "{what}\n{report}");
+    }
+}
+
+/// Two minutes along a circle at 5 m/s, `per_s` rows a second, with the time in `unit_s`.
+fn circle(names: &str, per_s: u32, unit_s: f64) -> String {
+    let rows = (0..120 * per_s).map(|k| {
+        let time_s = f64::from(k) / f64::from(per_s);
+        let (east, north) = (0.1 * time_s).sin_cos();
+        let (lat, lon) = (47.0 + 50.0 * east / 111_170.0, 8.0 - 50.0 * north / 76_030.0);
+        format!(
+            "{:.0},{lat:.9},{lon:.9},410.0,{:.4},{:.4}\n",
+            time_s / unit_s,
+            5.0 * north,
+            5.0 * east
+        )
+    });
+    format!("{names}\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn the_unit_of_a_fast_time_without_an_imu_is_that_in_which_the_vehicle_moves() {
+    for per_s in [50, 100, 200, 400] {
+        for (name, unit_s) in [("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)] {
+            let (report, mapping, dataset) =
+                mapped(&[("gps.csv", circle("time,lat,lon,height,vn,ve", per_s, unit_s))]);
+            let span_s = dataset.fixes[dataset.fixes.len() - 1].time - dataset.fixes[0].time;
+            assert!(
+                (119.9..120.0).contains(&span_s),
+                "{per_s} Hz in {name}: {span_s} s\n{report}\n{mapping}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_unit_of_a_fast_time_is_that_of_an_epoch_or_that_in_which_files_overlap() {
+    let field = |start: u64, per_row: u64| {
+        let rows = (0..6000_u64).map(|k| {
+            let (y, x) = (1e-3 * k as f64).sin_cos();
+            format!("{},{:.4},{:.4},0.43\n", start + per_row * k, 0.2 * x, -0.2 * y)
+        });
+        format!("time,mag_x,mag_y,mag_z\n{}", rows.collect::<String>())
+    };
+    for (what, imu, start, per_row, unit_of) in [
+        ("epoch", "1714903200", 1_714_903_200_000_000_000, 10_000_000, "ns"),
+        ("epoch", "1714903200", 1_714_903_200_000, 10, "ms"),
+        ("overlap", "0", 0, 10, "ms"),
+        ("overlap", "100", 100_000_000, 10_000, "us"),
+    ] {
+        let start_s: f64 = imu.parse().unwrap();
+        let imu = unit("time_s", |k| format!("{:.2}", start_s + 0.01 * f64::from(k)));
+        let (report, mapping, dataset) =
+            mapped(&[("imu.csv", imu), ("mag.csv", field(start, per_row))]);
+        assert!(mapping.contains(&format!("unit = \"{unit_of}\"")), "{what}\n{mapping}");
+        assert_eq!(dataset.magnetometer.len(), 6000, "{what}\n{report}");
+    }
+    let (report, ..) = mapped(&[
+        ("imu.csv", unit("t_s", |k| format!("{:.2}", 5e5 + 0.01 * f64::from(k)))),
+        ("mag.csv", field(0, 10)),
+    ]);
+    let asked = "rows are 0.0100 s apart if it is in ms, as read, or 10.0000 s if it is in s";
+    assert!(report.contains(asked), "{report}");
+}

@@ -143,3 +143,26 @@ fn a_capture_passes_the_gate_of_every_format() {
     assert!(told("3 rows") && told("latitude and longitude are 0"), "{warnings:?}");
     assert!(!told("jumped 5"), "{warnings:?}");
 }
+
+#[test]
+fn a_leap_second_is_a_second_of_a_capture() {
+    let epoch = |k: u32| {
+        let (second, hundredths) = (k / 5, k % 5 * 20);
+        let (time, date) = match second {
+            0..=9 => (format!("2359{:02}", 50 + second), "311216"),
+            10 => ("235960".to_owned(), "311216"),
+            _ => (format!("0000{:02}", second - 11), "010117"),
+        };
+        let place = format!("47{:02}.{:04},N,00830.0000,E", k / 60, k % 60);
+        let time = format!("{time}.{hundredths:02}");
+        sentence(&format!("GPGGA,{time},{place},1,12,0.8,400.0,M,47.0,M,,"))
+            + &sentence(&format!("GPRMC,{time},A,{place},0.30,10.0,{date},,,A"))
+    };
+    let text: String = (0..100).map(epoch).collect();
+    let log = open_bytes(text.as_bytes(), "flight.nmea".as_ref(), &Options::default()).unwrap();
+    assert_eq!(log.dataset.fixes.len(), 100, "{:?}", log.dataset.warnings);
+    for (k, fix) in log.dataset.fixes.iter().enumerate() {
+        let after_s = fix.time - log.dataset.fixes[0].time;
+        assert_abs_diff_eq!(after_s, 0.2 * k as f64, epsilon = 1e-6);
+    }
+}
