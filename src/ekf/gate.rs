@@ -405,7 +405,7 @@ impl Gates {
         let drifted_m = self.drift.drifted_m();
         if drifted_m > 0.0 {
             let [level, _] = &mut self.previous;
-            level.keep(self.drift.to_start_m(), self.position_fused_s, false);
+            level.keep(self.drift.start_offset_m(), self.position_fused_s, false);
         }
         drifted_m
     }

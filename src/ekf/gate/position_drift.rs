@@ -40,7 +40,7 @@ impl PositionDrift {
     }
 
     /// Offset of the position at the start of the drift, m, north and east.
-    pub fn to_start_m(&self) -> [f32; 2] {
+    pub fn start_offset_m(&self) -> [f32; 2] {
         self.moved_m.map(|moved_m| -moved_m)
     }
 
