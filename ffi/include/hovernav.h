@@ -55,7 +55,7 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: increases with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 9
+#define HOVERNAV_ABI 10
 
 // Largest size of an object, bytes, in any build of the library. hovernav_size() gives the size in this build.
 #define HOVERNAV_SIZE 34816
