@@ -68,7 +68,8 @@ impl PositionScatter {
         let found = [(north + east - level) / 12.0, (down - vertical) / 6.0];
         let stated = [sigma, sigma_down].map(square);
         for ((mean, found), stated) in self.variances_m2.iter_mut().zip(found).zip(stated) {
-            let found = found.clamp(-MAX_RATIO * stated, MAX_RATIO * stated) as f32;
+            let max = MAX_RATIO * stated;
+            let found = found.min(max).max(-max) as f32;
             *mean += (found - *mean) / f32::from(self.differences);
         }
     }
