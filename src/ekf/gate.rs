@@ -40,6 +40,7 @@ mod position_drift;
 mod previous;
 mod rejection;
 
+use super::square;
 use crate::time::Time;
 use position_drift::PositionDrift;
 use previous::Previous;
@@ -98,15 +99,20 @@ pub(super) enum Reopening {
 pub(super) struct Off {
     /// Innovation of the first two axes; zero for a missing one.
     pub axes: [f64; 2],
-    /// One-sigma of the first axis.
-    pub sigma: f64,
+    /// Variance of the innovation of the first axis.
+    pub variance: f64,
 }
 
 impl Off {
+    /// One-sigma of the first axis.
+    fn sigma(&self) -> f64 {
+        libm::sqrt(self.variance)
+    }
+
     /// Length of the innovation.
     fn size(&self) -> f64 {
         let [first, second] = self.axes;
-        libm::hypot(first, second)
+        libm::sqrt(square(first) + square(second))
     }
 
     /// The axes in single precision.
@@ -319,7 +325,7 @@ impl Gates {
     /// whose innovations become biased first is the one that drifts.
     pub fn is_biased(&mut self, group: Group, time: Time, off: &Off) -> bool {
         let [innovation, _] = off.axes;
-        let normalised = innovation / off.sigma;
+        let normalised = innovation / off.sigma();
         let Some(gate) = self.gates.get_mut(group as usize) else { return false };
         let newest = NEWEST.min(((time - gate.accepted) / BIAS_TIME_S) as f32);
         gate.bias_sigmas += newest

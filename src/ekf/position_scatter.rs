@@ -76,10 +76,10 @@ impl PositionScatter {
 
     /// Variance of the white noise, NED, m²; zero if unknown. At most the square of the one-sigma.
     pub fn variances_m2(&self, sigma_m: [f64; 3]) -> [f64; 3] {
-        let [level, vertical] = match self.differences {
-            ENOUGH.. => self.variances_m2.map(|variance| f64::from(variance).max(0.0)),
-            _ => [0.0; 2],
-        };
+        if self.differences < ENOUGH {
+            return [0.0; 3];
+        }
+        let [level, vertical] = self.variances_m2.map(|variance| f64::from(variance).max(0.0));
         let [north, east, down] = sigma_m.map(square);
         [level.min(north), level.min(east), vertical.min(down)]
     }

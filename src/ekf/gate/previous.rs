@@ -1,5 +1,6 @@
 //! Second hypothesis of a position.
 
+use super::super::square;
 use super::position_drift::MAX_MEMORY_S;
 
 /// Position, horizontal or vertical, that may be right in place of the filter's: the one that the filter left for the
@@ -57,6 +58,9 @@ impl Previous {
 
     /// Lets the weight decrease by another `fused_s` of fused fixes.
     pub fn forget(&mut self, fused_s: f32) {
+        if self.weight == 0.0 {
+            return;
+        }
         self.weight *= (1.0 - fused_s / self.reported_s).max(0.0);
         if self.ambiguity_m() < MIN_M {
             *self = Self::NONE;
@@ -66,9 +70,8 @@ impl Previous {
     /// Whether a fix at `off_m` from the filter's position, within `limit_m` of this position, resets the filter to it.
     pub fn is_at(&self, [north_m, east_m]: [f64; 2], limit_m: f64) -> bool {
         let [north, east] = self.offset_m.map(f64::from);
-        self.can_return
-            && self.weight > MIN_WEIGHT
-            && libm::hypot(north_m - north, east_m - east) <= limit_m
+        let apart_m2 = square(north_m - north) + square(east_m - east);
+        self.can_return && self.weight > MIN_WEIGHT && apart_m2 <= square(limit_m)
     }
 }
 

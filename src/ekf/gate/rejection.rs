@@ -144,7 +144,7 @@ impl Gates {
 
     /// Whether a position lies at the second hypothesis.
     fn is_back(&mut self, group: Group, off: &Off, config: &GateConfig) -> bool {
-        let limit_m = config.sigmas * off.sigma;
+        let limit_m = config.sigmas * off.sigma();
         self.previous(group).is_some_and(|previous| previous.is_at(off.axes, limit_m))
     }
 
@@ -165,7 +165,7 @@ impl Gates {
         let Some(gate) = self.gates.get_mut(Group::VerticalPosition as usize) else { return false };
         let [off_m, _] = off.axes;
         let moved_m = off_m - f64::from(self.height_off_m);
-        let is_steady = moved_m.abs() <= config.sigmas * off.sigma;
+        let is_steady = moved_m.abs() <= config.sigmas * off.sigma();
         if gate.rejections == 0 || !is_steady {
             self.height_off_m = off_m as f32;
             gate.since = time;

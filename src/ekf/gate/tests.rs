@@ -5,7 +5,7 @@ use super::*;
 
 /// An innovation with a one-sigma of 3.
 fn off(innovation: f64) -> Off {
-    Off { axes: [innovation, 0.0], sigma: 3.0 }
+    Off { axes: [innovation, 0.0], variance: 9.0 }
 }
 
 /// Time, s, until a height with offset `off_m` is accepted after `right_s` of correct heights. A barometer and the

@@ -137,7 +137,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let second = if members.len() > 1 { joint.innovation(at + 1) } else { T::ZERO };
             let off = Off {
                 axes: [joint.innovation(at), second].map(Scalar::wide),
-                sigma: joint.sigma(at, noise[at]).wide(),
+                variance: (joint.variance(at) + noise[at]).wide(),
             };
             let is_biased = self.config.mechanisms.biased_heights
                 && group.is_height()
