@@ -122,9 +122,7 @@ impl Fix {
             position_sigma_m: has(HOVERNAV_FIX_POSITION_SIGMA)
                 .then_some(self.position_sigma_m.into()),
             horizontal_velocity_mps: has(HOVERNAV_FIX_HORIZONTAL_VELOCITY).then_some([north, east]),
-            down_velocity_mps: (has(HOVERNAV_FIX_DOWN_VELOCITY)
-                && !has(HOVERNAV_FIX_TWO_DIMENSIONAL))
-            .then_some(down),
+            down_velocity_mps: has(HOVERNAV_FIX_DOWN_VELOCITY).then_some(down),
             velocity_sigma_mps: has(HOVERNAV_FIX_VELOCITY_SIGMA)
                 .then_some(self.velocity_sigma_mps.into()),
             ..CoreFix::at(Time::from_nanoseconds(self.time_ns), position)

@@ -45,7 +45,7 @@ use phase::{Level, Phase};
 ///
 /// | estimator | bytes |
 /// |---|---|
-/// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 15 800 |
+/// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 15 900 |
 /// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 20 800 |
 /// | `Estimator<Full, 28, f32>`, in single precision | at most 14 700 |
 /// | `Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>` | at most 15 000 |
@@ -416,11 +416,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         if let Some(search) = self.search.bank() {
             let filter = &self.filter;
-            let sigmas = filter.fix_sigmas(fix);
             let receiver = Receiver {
                 model: &filter.config.gps,
-                sigmas,
-                scatter_m2: filter.position_scatter.variances_m2(sigmas.0),
+                sigmas: filter.fix_sigmas(fix),
+                position_scatter: filter.position_scatter.share(),
                 antenna: filter.mounting.antenna_from_imu().cast(),
                 bias_radps: filter.imu_errors().gyro_bias_radps,
             };

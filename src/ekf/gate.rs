@@ -66,6 +66,8 @@ pub(super) enum Group {
 impl Group {
     /// Number of groups with a gate.
     const COUNT: usize = Self::Own as usize;
+    /// Number of groups that observe height.
+    const HEIGHTS: usize = 3;
     /// Number of GPS groups; they come first.
     const GPS: usize = 4;
 
@@ -79,9 +81,20 @@ impl Group {
         matches!(self, Self::HorizontalPosition | Self::VerticalPosition)
     }
 
-    /// Whether the group has one axis and observes height, as [`is_biased`](Gates::is_biased) requires.
+    /// Number of the group among those that have one axis and observe height, as [`is_biased`](Gates::is_biased)
+    /// requires.
+    const fn height(self) -> Option<usize> {
+        match self {
+            Self::VerticalPosition => Some(0),
+            Self::VerticalVelocity => Some(1),
+            Self::Baro => Some(2),
+            _ => None,
+        }
+    }
+
+    /// Whether the group has one axis and observes height.
     pub const fn is_height(self) -> bool {
-        matches!(self, Self::VerticalPosition | Self::VerticalVelocity | Self::Baro)
+        self.height().is_some()
     }
 }
 
@@ -157,6 +170,8 @@ pub(super) struct Gates {
     drift: PositionDrift,
     /// Second hypotheses of the horizontal position and of the height.
     previous: [Previous; 2],
+    /// Means of recent normalised innovations of the [heights](Group::height), which show their bias.
+    height_bias_sigmas: [f32; Group::HEIGHTS],
     /// Innovation of the receiver's height when its rejection began, m.
     height_off_m: f32,
     /// Innovation of the receiver's horizontal position when its rejection began, m.
@@ -176,8 +191,6 @@ struct Gate {
     since: Time,
     /// Mean square of recent normalised innovations; 1 if filter and sensor are consistent.
     spread: f32,
-    /// For a height: mean of recent normalised innovations, which shows their bias.
-    bias_sigmas: f32,
     /// Number of successive rejections; zero while the gate is open.
     rejections: u8,
     /// Whether the present rejections count as errors of a diverged filter.
@@ -189,7 +202,6 @@ impl Gate {
         accepted: NEVER,
         since: NEVER,
         spread: 0.0,
-        bias_sigmas: 0.0,
         rejections: 0,
         filter_has_diverged: false,
     };
@@ -251,6 +263,7 @@ impl Gates {
         position_fused_s: 0.0,
         drift: PositionDrift::NONE,
         previous: [Previous::NONE; 2],
+        height_bias_sigmas: [0.0; Group::HEIGHTS],
         height_off_m: 0.0,
         position_off_m: 0.0,
         contradiction: Contradiction::NONE,
@@ -269,6 +282,7 @@ impl Gates {
         self.position_fused_s = 0.0;
         self.drift = PositionDrift::NONE;
         self.previous = [Previous::NONE; 2];
+        self.height_bias_sigmas = [0.0; Group::HEIGHTS];
         self.height_off_m = 0.0;
         self.position_off_m = 0.0;
         self.contradiction = Contradiction::NONE;
@@ -326,11 +340,10 @@ impl Gates {
     pub fn is_biased(&mut self, group: Group, time: Time, off: &Off) -> bool {
         let [innovation, _] = off.axes;
         let normalised = innovation / off.sigma();
-        let Some(gate) = self.gates.get_mut(group as usize) else { return false };
-        let newest = NEWEST.min(((time - gate.accepted) / BIAS_TIME_S) as f32);
-        gate.bias_sigmas += newest
-            * ((normalised as f32).clamp(-MAX_BIAS_SIGMAS, MAX_BIAS_SIGMAS) - gate.bias_sigmas);
-        let is_biased = gate.bias_sigmas.abs() > BIASED_SIGMAS;
+        let newest = NEWEST.min((self.since_accepted_s(group, time) / BIAS_TIME_S) as f32);
+        let Some(bias) = self.height_bias_mut(group) else { return false };
+        *bias += newest * ((normalised as f32).clamp(-MAX_BIAS_SIGMAS, MAX_BIAS_SIGMAS) - *bias);
+        let is_biased = bias.abs() > BIASED_SIGMAS;
         is_biased
             && match group {
                 Group::VerticalPosition | Group::VerticalVelocity => self.agrees(Group::Baro, time),
@@ -339,6 +352,11 @@ impl Gates {
                     .all(|group| self.agrees(group, time)),
                 _ => false,
             }
+    }
+
+    /// Mean of recent normalised innovations of a height.
+    fn height_bias_mut(&mut self, group: Group) -> Option<&mut f32> {
+        self.height_bias_sigmas.get_mut(group.height()?)
     }
 
     /// The gate of a group; a closed one for [`Group::Own`].
@@ -351,7 +369,8 @@ impl Gates {
     // Not inlined: its copies would take 1.4 kB of a microcontroller's program.
     #[inline(never)]
     pub fn agrees(&self, group: Group, time: Time) -> bool {
-        let is_biased = self.gate(group).bias_sigmas.abs() > UNBIASED_SIGMAS;
+        let bias = group.height().and_then(|height| self.height_bias_sigmas.get(height));
+        let is_biased = bias.is_some_and(|bias| bias.abs() > UNBIASED_SIGMAS);
         let denies = group == Group::Baro && self.baro_disagrees;
         self.is_open(group, time) && !(is_biased || denies)
     }

@@ -26,8 +26,8 @@ pub struct Learned {
     /// Ratio of the observed variance of the GPS errors to the stated or configured one: position, horizontal velocity,
     /// vertical velocity (M7).
     pub gps_size: [f32; 3],
-    /// White variance of the positions of fixes, m²: horizontal and vertical, not limited by their one-sigma (M21).
-    pub gps_scatter_m2: [f64; 2],
+    /// White share of the variance of the positions of fixes without velocity (M21).
+    pub position_scatter: f64,
     /// One-sigmas of the slow GPS errors: position horizontal and vertical, m, then velocity horizontal and vertical,
     /// m/s (M5).
     pub gps_wander: Option<[f32; 4]>,
@@ -70,10 +70,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             rectification: self.samples.rectification.variance([1.0; 3], 1.0),
             level_share: self.level_force.of_motion(ones).x().wide(),
             gps_size: self.gps_learned,
-            gps_scatter_m2: {
-                let [north, _, down] = self.position_scatter.variances_m2([f64::MAX.sqrt(); 3]);
-                [north, down]
-            },
+            position_scatter: self.position_scatter.share(),
             gps_wander: self.gps_wander,
             heading_wander: self.heading_wander,
             antenna: (

@@ -11,8 +11,8 @@ pub struct Fix {
     pub time: Time,
     /// The antenna's position.
     pub position: Geodetic,
-    /// Whether the receiver held or assumed the height, or reported none; then the height is not measured. The down
-    /// velocity of a held height is not measured either, and must be `None`.
+    /// Whether the receiver held or assumed the height, or reported none; then neither height nor down velocity is
+    /// measured.
     pub two_dimensional: bool,
     /// One-sigma of the position, north, east and down, m, if the receiver reports it.
     pub position_sigma_m: Option<Vector<Ned>>,
@@ -48,6 +48,11 @@ impl Fix {
             velocity_sigma_mps: None,
             satellites: None,
         }
+    }
+
+    /// Velocity down, m/s, if the fix measures the vertical.
+    pub(crate) fn measured_down_mps(&self) -> Option<f64> {
+        self.down_velocity_mps.filter(|_| !self.two_dimensional)
     }
 
     /// This fix with a velocity, m/s.
@@ -121,6 +126,9 @@ impl Fix {
     /// The complete velocity, m/s, if all three components are known.
     #[must_use]
     pub fn velocity_mps(&self) -> Option<Vector<Ned>> {
+        if self.two_dimensional {
+            return None;
+        }
         let [north, east] = self.horizontal_velocity_mps?;
         Some(Vector::new(north, east, self.down_velocity_mps?))
     }

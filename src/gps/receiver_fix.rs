@@ -108,12 +108,11 @@ impl ReceiverFix {
     /// level needs [`with_geoid_separation`](Self::with_geoid_separation).
     #[must_use]
     pub fn at(&self, time: Time) -> Option<Fix> {
-        let two_dimensional = self.dimension == Some(Dimension::TwoD);
         Some(Fix {
-            two_dimensional,
+            two_dimensional: self.dimension == Some(Dimension::TwoD),
             position_sigma_m: self.position_sigma_m,
             horizontal_velocity_mps: self.horizontal_velocity_mps,
-            down_velocity_mps: self.down_velocity_mps.filter(|_| !two_dimensional),
+            down_velocity_mps: self.down_velocity_mps,
             velocity_sigma_mps: self.velocity_sigma_mps,
             satellites: self.satellites,
             ..Fix::at(

@@ -406,7 +406,7 @@ impl Aligner {
         if self.window.length_s() < config.duration_s || waits_for_height || is_far {
             return None;
         }
-        let has_down_velocity = fix.down_velocity_mps.is_some();
+        let has_down_velocity = fix.measured_down_mps().is_some();
         let speed = fix.horizontal_velocity_mps.map(|[north, east]| Scalar::hypot(north, east));
         let at_rest = self.window.is_at_rest() && speed.is_none_or(|speed| speed < REST_SPEED_MPS);
         let velocity_sigma = fix

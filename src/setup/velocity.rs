@@ -83,7 +83,7 @@ impl FixMotion {
             return None;
         };
         let velocity = velocity.map(|component| component as f32);
-        let down = fix.down_velocity_mps.map(|down| down as f32);
+        let down = fix.measured_down_mps().map(|down| down as f32);
         let first = Part {
             start: (fix.time, fix.position),
             last: fix.time,

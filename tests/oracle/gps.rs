@@ -231,7 +231,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let axes = if fix.two_dimensional { 2 } else { 3 };
         let mut rows = Vec::new();
         for axis in 0..axes {
-            let scatter = learned.gps_scatter_m2[axis / 2].min(sigmas[axis].powi(2));
+            let scatter = learned.position_scatter * sigmas[axis].powi(2);
             let white = white_variance(slow, sigmas[axis], self.config.gps.position_floor_m);
             let white = white.max(scatter);
             let noise = white + self.lag_noise(back, back.age_s);

@@ -12,7 +12,7 @@ pub(super) struct Previous {
     /// Weight, 0 to 1. It decreases while fixes at the filter's position are fused.
     weight: f32,
     /// Time constant of the decrease, s: the time for which fixes at this position were fused.
-    reported_s: f32,
+    reported_s: u8,
     /// Whether a fix at this position resets the filter to it. Otherwise the filter left it in ordinary updates, which
     /// moved its slow position errors too.
     can_return: bool,
@@ -25,7 +25,7 @@ const MIN_WEIGHT: f32 = 0.2;
 
 impl Previous {
     pub const NONE: Self =
-        Self { offset_m: [0.0; 2], weight: 0.0, reported_s: 1.0, can_return: false };
+        Self { offset_m: [0.0; 2], weight: 0.0, reported_s: 1, can_return: false };
 
     /// Distance to the filter's position, m, times the weight.
     pub fn ambiguity_m(&self) -> f32 {
@@ -36,7 +36,7 @@ impl Previous {
     /// the one with the larger ambiguity stays.
     pub fn keep(&mut self, offset_m: [f32; 2], reported_s: f32, can_return: bool) {
         if length(offset_m) > self.ambiguity_m() {
-            let reported_s = reported_s.clamp(1.0, MAX_MEMORY_S);
+            let reported_s = reported_s.clamp(1.0, MAX_MEMORY_S) as u8;
             *self = Self { offset_m, weight: 1.0, reported_s, can_return };
         }
     }
@@ -61,7 +61,7 @@ impl Previous {
         if self.weight == 0.0 {
             return;
         }
-        self.weight *= (1.0 - fused_s / self.reported_s).max(0.0);
+        self.weight *= (1.0 - fused_s / f32::from(self.reported_s)).max(0.0);
         if self.ambiguity_m() < MIN_M {
             *self = Self::NONE;
         }

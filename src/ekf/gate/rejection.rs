@@ -66,6 +66,9 @@ impl Gates {
         let lost_s = time - if gate.was_open() { gate.accepted } else { gate.since };
         let filter_had_diverged = gate.filter_has_diverged;
         *gate = Gate { accepted: time, ..Gate::NONE };
+        if let Some(bias) = self.height_bias_mut(group) {
+            *bias = 0.0;
+        }
         if let Some(previous) = self.previous(group) {
             if filter_had_diverged && !evidence.baro_level_is_ambiguous && !evidence.is_at_previous
             {

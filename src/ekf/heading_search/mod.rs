@@ -120,8 +120,8 @@ pub(super) struct Receiver<'a, T> {
     pub model: &'a GpsModel,
     /// One-sigmas of position, m, and velocity, m/s, NED.
     pub sigmas: ([f64; 3], [f64; 3]),
-    /// Variance of the white noise of positions that the second differences of the fixes show, NED, m².
-    pub scatter_m2: [f64; 3],
+    /// White share of the variance of positions that the second differences of the fixes show.
+    pub position_scatter: f64,
     /// Lever arm from the inertial unit to the antenna.
     pub antenna: LeverArm<T>,
     /// Gyro bias that the filter subtracts from the rates, rad/s.
@@ -367,7 +367,7 @@ impl<T: Scalar> HeadingSearch<T> {
         before: Option<((Time, Geodetic), f64)>,
     ) -> Measured {
         let (gps, (position_m, velocity_mps)) = (receiver.model, receiver.sigmas);
-        let down = fix.down_velocity_mps;
+        let down = fix.measured_down_mps();
         if let Some([north, east]) = fix.horizontal_velocity_mps {
             let usual = fix.velocity_sigma_mps.map_or(gps.velocity_sigma_mps(), Vector::to_array);
             let values = [Some(north), Some(east), down];
@@ -391,8 +391,8 @@ impl<T: Scalar> HeadingSearch<T> {
                 return None;
             }
             let sigma_m = at(&position_m, axis);
-            let white = ((1.0 - share) * square(sigma_m)).max(at(&receiver.scatter_m2, axis));
-            let variance = 2.0 * white + wandered * square(sigma_m) + floor;
+            let white = (1.0 - share).max(receiver.position_scatter);
+            let variance = (2.0 * white + wandered) * square(sigma_m) + floor;
             let value = at(&moved_m, axis) / interval_s;
             finite(value, variance / square(interval_s))
         });

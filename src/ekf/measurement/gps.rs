@@ -134,7 +134,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             // velocity change of the inertial unit.
             self.samples.self_contradiction.add(Vector::ZERO, false);
         }
-        let down_mps = fix.down_velocity_mps.unwrap_or_default();
+        let down_mps = fix.measured_down_mps().unwrap_or_default();
         let velocity = fix.horizontal_velocity_mps.map(|[north, east]| [north, east, down_mps]);
         self.samples.rest.fix(fix.time, velocity);
         // Velocity first: it is the more accurate one, and its correction reduces the position's nonlinearity.
@@ -354,7 +354,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let measured = [
             fix.horizontal_velocity_mps.map(|velocity| T::of(velocity[0])),
             fix.horizontal_velocity_mps.map(|velocity| T::of(velocity[1])),
-            fix.down_velocity_mps.map(T::of),
+            fix.measured_down_mps().map(T::of),
         ];
         let acceleration = back.acceleration_mps2.to_array();
         let acceleration_variance = self.accel_noise(back.acceleration_over_s);

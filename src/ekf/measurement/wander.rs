@@ -39,9 +39,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             split(L::GPS_POSITION, model.position_wander_share, position, model.position_floor_m);
         let ([velocity_h, velocity_v], velocity_variance) =
             split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
-        let scatter_m2 = self.position_scatter.variances_m2(position);
-        for (variance, scatter) in position_variance.iter_mut().zip(scatter_m2) {
-            *variance = variance.max(scatter);
+        let share = self.position_scatter.share();
+        for (variance, sigma) in position_variance.iter_mut().zip(position) {
+            *variance = variance.max(share * square(sigma));
         }
         let mut wander = [position_h, position_v, velocity_h, velocity_v];
         match self.gps_wander.map(|before| before.map(f64::from)) {

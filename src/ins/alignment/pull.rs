@@ -151,7 +151,7 @@ impl Pull {
 /// Velocity of a fix with finite values, its down component NaN if not measured; `None` without a horizontal velocity.
 fn velocity(fix: &Fix) -> Option<Vector<Ned>> {
     let [north, east] = fix.horizontal_velocity_mps?;
-    let down = fix.down_velocity_mps.unwrap_or(f64::NAN);
+    let down = fix.measured_down_mps().unwrap_or(f64::NAN);
     Some(Vector::new(north, east, down))
 }
 
