@@ -50,7 +50,7 @@ impl PositionScatter {
     /// Equation (M21) of docs/equations.md.
     pub fn push(&mut self, fix: &Fix, sigma_m: [f64; 3], agility_mps2: [f32; 2]) {
         let (time, place) = core::mem::replace(&mut self.last, (fix.time, fix.position));
-        if !(fix.time - time <= LONGEST_S) {
+        if fix.time - time > LONGEST_S {
             self.interval_s = 0.0;
             return;
         }
