@@ -32,7 +32,7 @@ const LONGEST_S: f64 = 1.5;
 /// Largest relative difference of two successive intervals.
 const EVEN: f32 = 0.2;
 /// Largest share from one second difference.
-const MAX_RATIO: f32 = 4.0;
+const MAX_SHARE: f32 = 4.0;
 
 impl PositionScatter {
     pub const NONE: Self = Self {
@@ -67,17 +67,19 @@ impl PositionScatter {
         });
         let [sigma, _, sigma_down] = sigma_m;
         let [level, vertical] = agility_mps2.map(|mps2| square(mps2 * square(interval_s)));
-        self.differences = self.differences.saturating_add(1).min(MEMORY);
         let of = |squares_m2: f32, sigma_m: f64| squares_m2 / square(sigma_m) as f32;
         // A second difference of white noise has six times its variance.
         let found = (of(north + east - level, sigma) + of(down - vertical, sigma_down)) / 18.0;
-        self.share +=
-            (found.min(MAX_RATIO).max(-MAX_RATIO) - self.share) / f32::from(self.differences);
+        if found.is_finite() {
+            self.differences = self.differences.saturating_add(1).min(MEMORY);
+            self.share +=
+                (found.clamp(-MAX_SHARE, MAX_SHARE) - self.share) / f32::from(self.differences);
+        }
     }
 
     /// Variance of the white noise, relative to the square of the one-sigma of the fix: 0, also if unknown, to 1.
     pub fn share(&self) -> f64 {
-        if self.differences < ENOUGH { 0.0 } else { f64::from(self.share.max(0.0).min(1.0)) }
+        if self.differences < ENOUGH { 0.0 } else { f64::from(self.share.clamp(0.0, 1.0)) }
     }
 }
 
