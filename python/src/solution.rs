@@ -178,7 +178,7 @@ impl From<&CoreFinding> for Finding {
             kind: finding.kind.to_string(),
             severity: format!("{:?}", finding.severity).to_lowercase(),
             count: finding.count,
-            harm: finding.harm.map(|harm| harm.size()),
+            harm: finding.harm.map(|harm| harm.size),
             words: finding.words.clone(),
         }
     }
