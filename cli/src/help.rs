@@ -57,7 +57,8 @@ pub const EXIT_STATUS: &str = "Exit status:
   1  an error, named on standard error with file, place, what was found and what was expected
   2  wrong usage";
 
-/// Adds a list of jobs, with the subcommand for each, to the help of the `command`; and examples and the exit status to that of each subcommand.
+/// Adds a list of jobs, with the subcommand for each, to the help of the `command`. Adds examples and the exit status to
+/// the help of each subcommand.
 pub fn explained(command: Command) -> Command {
     let jobs = jobs(&command);
     let template = format!(

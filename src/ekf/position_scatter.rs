@@ -7,6 +7,7 @@ use super::gate::NEVER;
 use super::square;
 use crate::earth::Geodetic;
 use crate::gps::Fix;
+use crate::ins::NavState;
 use crate::time::Time;
 
 /// Mean square second difference of the positions.
@@ -36,7 +37,7 @@ const MAX_SHARE: f32 = 4.0;
 
 impl PositionScatter {
     pub const NONE: Self = Self {
-        last: (NEVER, Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, height_m: 0.0 }),
+        last: (NEVER, NavState::<f64>::ORIGIN.position),
         moved_m: [0.0; 3],
         interval_s: 0.0,
         share: 0.0,

@@ -269,7 +269,7 @@ fn dataset() -> impl Strategy<Value = Dataset> {
     let fix = (
         (1i64..1_000_000_000, -89.0..89.0, -179.9..179.9, -100.0..9000.0),
         (of(prop::array::uniform2(-30.0..30.0)), of(-30.0..30.0)),
-        // A fix with 0 satellites is none.
+        // Rows with 0 satellites are skipped where other rows have some.
         (of(vector(0.01..50.0)), of(vector(0.01..50.0)), of(1_u8..)),
     )
         .prop_map(|((interval, lat, lon, height), (horizontal, down), (p, v, satellites))| Fix {

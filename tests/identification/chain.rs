@@ -72,6 +72,11 @@ fn flown(
     config.feedback = Feedback::Truth;
     config.events = FlightEvent::test_points(30.0, 0.12);
     config.duration_s = config.events.last().unwrap().0 + 30.0;
+    smoothed(&config)
+}
+
+/// A flight without a crash, and its smoothed estimate.
+pub fn smoothed(config: &FlightConfig) -> (Dataset, Vec<Solution>) {
     let flight = config.fly().unwrap();
     assert_eq!(flight.crashed_s, None);
     let (mut dataset, _) = flight.dataset();

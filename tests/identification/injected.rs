@@ -9,7 +9,6 @@ use hovernav::ekf::Solution;
 use hovernav_dataset::Dataset;
 use hovernav_design::hover::HoverDesign;
 use hovernav_model::shipped;
-use hovernav_replay::smooth;
 use hovernav_sim::campaign::SensorGrade;
 use hovernav_sim::{FlightConfig, FlightEvent, WindConfig};
 
@@ -40,12 +39,7 @@ fn flown(seed: u64) -> (Dataset, Vec<Solution>) {
         at_s += maneuver.duration_s() + 8.0;
     }
     config.duration_s = at_s + 22.0;
-    let flight = config.fly().unwrap();
-    assert_eq!(flight.crashed_s, None);
-    let (mut dataset, _) = flight.dataset();
-    let settings = dataset.settings().unwrap();
-    let solutions = smooth(&dataset, &settings, |_| ()).solutions;
-    (dataset, solutions)
+    chain::smoothed(&config)
 }
 
 fn wind() -> WindConfig {
