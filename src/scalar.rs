@@ -170,6 +170,16 @@ macro_rules! scalar {
     };
 }
 
+/// Conversion to single precision, for quantities whose own errors are larger than its rounding.
+pub(crate) fn single<T: Scalar>(value: T) -> f32 {
+    value.wide() as f32
+}
+
+/// Square root by the double-precision routine, which the program contains anyway.
+pub(crate) fn root(of: f32) -> f32 {
+    Scalar::sqrt(f64::from(of)) as f32
+}
+
 scalar!(f32, 2896.0, sqrt_single, sincos_single, atan2f, asinf, expf, logf, roundf);
 scalar!(f64, 67_108_864.0, sqrt_double, sincos_double, atan2, asin, exp, log, round);
 

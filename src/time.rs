@@ -31,6 +31,8 @@ const SIGN: u64 = 1 << 63;
 impl Time {
     /// The clock's zero.
     pub const ZERO: Self = Self::from_nanoseconds(0);
+    /// Earlier than every other time.
+    pub(crate) const NEVER: Self = Self::from_nanoseconds(i64::MIN);
 
     /// The moment `nanoseconds` after the clock's zero. `i64::MIN` is not a valid time and is replaced by `i64::MIN +
     /// 1`.

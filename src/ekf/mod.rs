@@ -1,86 +1,55 @@
-//! The error-state Kalman filter.
+//! The error-state Kalman filter. A room imports only rooms above it in this list:
+//!
+//! | room | contents |
+//! |---|---|
+//! | `settings` | error models of the sensors, gates, switches of the mechanisms |
+//! | `kernel` | arithmetic: error states, covariance, recent motion |
+//! | `outcome` | what a prediction or an update reports |
+//! | `watch` | monitors, a file each: they learn noise and find faults |
+//! | `gate` | rejection of measurements, and resets |
+//! | `heading_search` | heading from motion: twelve hypotheses |
+//! | `filter` | the state, its prediction and its correction |
+//! | `output` | solution, solution without steps, smoother |
+//! | `measurement` | a file per sensor, and the update that they share |
+//! | `estimator` | alignment, heading search and filter behind one call |
 
-pub mod covariance;
-pub mod layout;
-mod level_force;
-
-mod antenna;
-mod attitude_watch;
-mod barometer;
-mod bias_shift;
-mod config;
-mod correction;
-mod datasheet;
 mod estimator;
-mod estimator_config;
-mod excess;
-mod field_watch;
 mod filter;
 mod gate;
-mod ground;
-mod heading_memory;
-mod heading_revision;
 mod heading_search;
-mod history;
-mod innovation;
-mod learned;
+mod kernel;
 mod measurement;
-mod mechanisms;
-mod motion_sum;
-mod net_turn;
-mod position_scatter;
-mod prediction;
-mod process;
-mod rectification;
-mod self_contradiction;
-mod setting;
-#[cfg(feature = "alloc")]
-mod smoother;
-mod solution;
-mod stepless;
-mod trace;
-mod unknown_heading;
-mod vehicle_kind;
-mod wheels;
+mod outcome;
+mod output;
+mod settings;
+mod watch;
 
-use crate::matrix::square;
-use crate::scalar;
-pub use config::{
+pub use estimator::{Estimator, Notice};
+pub use filter::Ekf;
+pub use heading_search::{HeadingMethod, HeadingSearch, NoHeadingSearch};
+pub use kernel::trace::Trace;
+pub use kernel::{covariance, layout};
+pub use measurement::{Expected, Measurement, Row, Rows, WrongRows, check_derivatives};
+pub use outcome::innovation::{Channel, Innovation, Verdict};
+pub use outcome::prediction::{ImuFault, Prediction, ResetCause};
+pub use outcome::report::{Aid, Report, Unusable};
+#[doc(hidden)]
+pub use output::learned::Learned;
+#[cfg(feature = "alloc")]
+pub use output::smoother::{Adjoint, Smoother};
+pub use output::solution::Solution;
+pub use output::stepless::SteplessSolution;
+pub use settings::config::{
     AntennaHeadingModel, AttitudeModel, BaroModel, EkfConfig, GateConfig, GpsModel, ImuModel,
     MagnetometerModel, RangeModel,
 };
-pub use estimator::{Estimator, Notice};
-pub use estimator_config::{Aiding, EstimatorConfig, Rangefinder};
-pub use filter::Ekf;
-pub use heading_search::{HeadingMethod, HeadingSearch, NoHeadingSearch};
-pub use innovation::{Channel, Innovation, Verdict};
-#[doc(hidden)]
-pub use learned::Learned;
-pub use measurement::{
-    Aid, Expected, Measurement, Report, Row, Rows, Unusable, WrongRows, check_derivatives,
-};
-pub use mechanisms::Mechanisms;
-pub use prediction::{ImuFault, Prediction, ResetCause};
-pub use setting::{OutOfRange, Setting};
-#[cfg(feature = "alloc")]
-pub use smoother::{Adjoint, Smoother};
-pub use solution::Solution;
-pub use stepless::SteplessSolution;
-pub use trace::Trace;
-pub use vehicle_kind::VehicleKind;
+pub use settings::estimator_config::{Aiding, EstimatorConfig, Rangefinder};
+pub use settings::mechanisms::Mechanisms;
+pub use settings::setting::{OutOfRange, Setting};
+pub use settings::vehicle_kind::VehicleKind;
 
 /// The fifteen base states, in `f64`.
 pub type BaseEkf = Ekf<layout::Base, 16>;
 
 /// The filter of the command line, with the blocks of [`layout::Full`], in `f64`.
 pub type FullEkf = Ekf<layout::Full, 28>;
-
-/// Conversion to single precision, for quantities whose own errors are larger than its rounding.
-fn single<T: scalar::Scalar>(value: T) -> f32 {
-    value.wide() as f32
-}
-
-/// Square root by the double-precision routine, which the program contains anyway.
-fn root(of: f32) -> f32 {
-    scalar::Scalar::sqrt(f64::from(of)) as f32
-}

@@ -1,16 +1,16 @@
 //! The estimator's use of aids: sensors in addition to the inertial unit and the GPS receiver.
 
-use super::super::field_watch::{FieldChange, Turn};
-use super::super::heading_search::HeadingMethod;
-use super::super::layout::Layout;
-use super::super::measurement::{Aid, Report, Unusable};
-use super::super::scalar::Scalar;
-use super::super::trace::Trace;
 use super::phase::Phase;
 use super::{Estimator, Notice};
+use crate::ekf::heading_search::HeadingMethod;
+use crate::ekf::kernel::layout::Layout;
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::report::{Aid, Report, Unusable};
+use crate::ekf::watch::field_watch::{FieldChange, Turn};
 use crate::event::{BaroReading, RangeReading};
 use crate::frames::{Body, EulerAngles, Rotation, Vector};
 use crate::gps::AntennaHeading;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {

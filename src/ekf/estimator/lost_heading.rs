@@ -4,15 +4,15 @@
 //! A vehicle may turn far within a few seconds. A filter linearised about the heading before such a gap becomes certain
 //! of a wrong heading. After the gap a search about the last known heading starts.
 
-use super::super::heading_search::{HeadingMethod, HeadingSearch, HypothesisMotion};
-use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout};
-use super::super::scalar::Scalar;
-use super::super::square;
-use super::super::trace::Trace;
 use super::phase::Phase;
 use super::{Estimator, FOUND_SIGMA_RAD, Notice};
+use crate::ekf::heading_search::{HeadingMethod, HeadingSearch, HypothesisMotion};
+use crate::ekf::kernel::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout};
+use crate::ekf::kernel::trace::Trace;
 use crate::frames::{Ned, Vector};
 use crate::ins::Start;
+use crate::matrix::square;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// One-sigma of a vehicle's turn rate during a gap, rad/s: after nine seconds its heading is unknown.

@@ -5,20 +5,20 @@
 //! after a gap, and when a velocity is rejected soon after samples that hid the motion. It needs as many samples as the
 //! first alignment. The fixes determine the direction of the specific force independently of the filter.
 
-use super::super::gate::Group;
-use super::super::heading_search::HeadingMethod;
-use super::super::innovation::Verdict;
-use super::super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
-use super::super::measurement::Report;
-use super::super::prediction::ResetCause;
-use super::super::scalar::Scalar;
-use super::super::trace::Trace;
 use super::lost_heading::open_about;
 use super::phase::{Level, Phase};
 use super::{Estimator, FOUND_SIGMA_RAD, Notice};
+use crate::ekf::heading_search::HeadingMethod;
+use crate::ekf::kernel::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::group::Group;
+use crate::ekf::outcome::innovation::Verdict;
+use crate::ekf::outcome::prediction::ResetCause;
+use crate::ekf::outcome::report::Report;
 use crate::event::Event;
 use crate::gps::Fix;
 use crate::ins::{Alignment, HeadingSource, Start};
+use crate::scalar::Scalar;
 
 /// Error of roll and pitch, rad (15°), beyond which the filter recovers slowly or not at all.
 const LOST_RAD: f64 = 0.26;

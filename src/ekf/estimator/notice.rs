@@ -1,7 +1,7 @@
 //! Notices: events that an estimator reports.
 
-use super::super::measurement::{Aid, Report, Unusable};
-use super::super::prediction::{ImuFault, ResetCause};
+use crate::ekf::outcome::prediction::{ImuFault, ResetCause};
+use crate::ekf::outcome::report::{Aid, Report, Unusable};
 use crate::frames::{Body, Vector};
 use crate::imu::Suspicion;
 use crate::ins::Alignment;

@@ -1,12 +1,13 @@
 //! The estimator's use of a user's own sensors.
 
-use super::super::heading_search::HeadingMethod;
-use super::super::layout::Layout;
-use super::super::measurement::{Measurement, Report, Unusable};
-use super::super::scalar::Scalar;
-use super::super::trace::Trace;
 use super::Estimator;
 use super::phase::Phase;
+use crate::ekf::heading_search::HeadingMethod;
+use crate::ekf::kernel::layout::Layout;
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::measurement::Measurement;
+use crate::ekf::outcome::report::{Report, Unusable};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {

@@ -1,15 +1,15 @@
 //! Alignment, the events that it ignores, and the start of the filter: at a given heading, or at one from a search.
 
-use super::super::heading_search::HeadingMethod;
-use super::super::layout::Layout;
-use super::super::measurement::{Aid, Unusable};
-use super::super::prediction::ImuFault;
-use super::super::scalar::Scalar;
 use super::lost_heading::open_about;
 use super::phase::Phase;
 use super::{Estimator, Notice};
+use crate::ekf::heading_search::HeadingMethod;
+use crate::ekf::kernel::layout::Layout;
+use crate::ekf::outcome::prediction::ImuFault;
+use crate::ekf::outcome::report::{Aid, Unusable};
 use crate::event::Event;
 use crate::ins::{ALIGNABLE_S, Alignment, HeadingSource, Start};
+use crate::scalar::Scalar;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     /// Reports the events that the alignment ignores and why: impossible readings, and fixes with a time far from that

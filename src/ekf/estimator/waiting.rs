@@ -1,12 +1,12 @@
 //! Fixes that wait for the inertial samples around their time.
 
-use super::super::heading_search::HeadingMethod;
-use super::super::layout::Layout;
-use super::super::measurement::{Aid, Unusable};
-use super::super::scalar::Scalar;
-use super::super::trace::Trace;
 use super::{Estimator, MAX_WAITING, Notice, OF_ONE_CLOCK_S};
+use crate::ekf::heading_search::HeadingMethod;
+use crate::ekf::kernel::layout::Layout;
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::report::{Aid, Unusable};
 use crate::gps::Fix;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {

@@ -1,13 +1,12 @@
 //! Read access to a filter: its state, the estimated errors of the sensors, and its health.
 
-use super::super::config::EkfConfig;
-use super::super::covariance::Covariance;
-use super::super::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
-use super::super::measurement::stated_times;
-use super::super::scalar::Scalar;
 use super::Ekf;
+use crate::ekf::kernel::covariance::Covariance;
+use crate::ekf::kernel::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
+use crate::ekf::settings::config::EkfConfig;
 use crate::imu::ImuErrors;
 use crate::ins::NavState;
+use crate::scalar::Scalar;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// The estimated errors of the inertial unit.
@@ -22,11 +21,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// The estimates of three consecutive parameters.
-    pub(in super::super) fn block(&self, first: usize) -> [T; 3] {
+    pub(in crate::ekf) fn block(&self, first: usize) -> [T; 3] {
         core::array::from_fn(|axis| self.estimate(first + axis))
     }
 
-    pub(in super::super) fn set_block(&mut self, first: usize, values: [T; 3]) {
+    pub(in crate::ekf) fn set_block(&mut self, first: usize, values: [T; 3]) {
         for (axis, value) in values.into_iter().enumerate() {
             if let Some(parameter) = self.parameters.get_mut(first + axis) {
                 *parameter = value;
@@ -42,7 +41,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// [`parameter`](Self::parameter), in the filter's numeric type.
-    pub(in super::super) fn estimate(&self, state: usize) -> T {
+    pub(in crate::ekf) fn estimate(&self, state: usize) -> T {
         self.parameters.get(state).copied().unwrap_or(T::ZERO)
     }
 
@@ -56,7 +55,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K9) of docs/equations.md.
-    pub(in super::super) fn ambiguity_m(&self) -> [f32; 2] {
+    pub(in crate::ekf) fn ambiguity_m(&self) -> [f32; 2] {
         self.gates.ambiguity_m()
     }
 
@@ -72,17 +71,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[must_use]
     pub fn noise_excess(&self) -> f64 {
         self.excess.factor()
-    }
-
-    /// Factors by which the filter enlarges the one-sigmas that fixes state, for position and horizontal velocity: 1 to
-    /// 2.6.
-    ///
-    /// # Source
-    /// Equation (M7) of docs/equations.md.
-    #[must_use]
-    pub fn stated_times(&self) -> [f64; 2] {
-        let [position, level, _] = self.gps_learned;
-        [position, level].map(|variance| stated_times(Scalar::sqrt(f64::from(variance))))
     }
 
     /// The settings.

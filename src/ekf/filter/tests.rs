@@ -1,6 +1,6 @@
-use super::super::FullEkf;
 use super::*;
 use crate::earth::Geodetic;
+use crate::ekf::FullEkf;
 use crate::frames::{EulerAngles, Rotation};
 use crate::gps::Fix;
 use crate::imu::{ImuSample, Motion};

@@ -1,7 +1,7 @@
 //! Second hypothesis of a position.
 
-use super::super::square;
 use super::position_drift::MAX_MEMORY_S;
+use crate::matrix::square;
 
 /// Position, horizontal or vertical, that may be right in place of the filter's: the one that the filter left for the
 /// position of a fix, without other evidence.

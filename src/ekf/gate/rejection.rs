@@ -1,11 +1,10 @@
 //! Evaluation of a rejection. It decides whether sensor or filter is at fault, the time until a reset to the
 //! measurement, and the states to reset.
 
-use super::super::config::GateConfig;
 use super::previous::Previous;
-use super::{
-    Gate, Gates, Group, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, MIN_REJECTIONS, Off, Reopening,
-};
+use super::{Gate, Gates, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, MIN_REJECTIONS, Off, Reopening};
+use crate::ekf::outcome::group::Group;
+use crate::ekf::settings::config::GateConfig;
 use crate::time::Time;
 
 /// Time, s, for which the filter is suspect after a reset of its velocity.

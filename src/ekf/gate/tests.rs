@@ -1,7 +1,7 @@
 //! The choice between a sensor and the filter, and the time until the sensor is accepted.
 
-use super::super::config::GateConfig;
 use super::*;
+use crate::ekf::settings::config::GateConfig;
 
 /// An innovation with a one-sigma of 3.
 fn off(innovation: f64) -> Off {

@@ -1,10 +1,10 @@
 //! One hypothesis of the attitude: a Kalman filter of nine states from fix to fix.
 
-use super::super::scalar::Scalar;
-use super::super::square;
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, Ned, Rotation, Vector};
+use crate::matrix::square;
 use crate::matrix::{add_scaled, combined, dot, product, skew, times};
+use crate::scalar::Scalar;
 
 /// Number of hypotheses.
 pub(super) const HYPOTHESES: usize = 12;

@@ -1,9 +1,9 @@
 //! Choice of the heading search by type, because the search takes memory.
 
-use super::super::scalar::Scalar;
 use super::HeadingSearch;
+use crate::scalar::Scalar;
 
-/// Method by which an [`Estimator`](super::super::Estimator) finds the heading if no source gives it at the start:
+/// Method by which an [`Estimator`](crate::ekf::Estimator) finds the heading if no source gives it at the start:
 /// [`HeadingSearch`], or [`NoHeadingSearch`] without a search. Sealed.
 pub trait HeadingMethod<T = f64>: sealed::Method<T> {}
 
@@ -15,7 +15,7 @@ pub struct NoHeadingSearch;
 impl<T: Scalar> HeadingMethod<T> for HeadingSearch<T> {}
 impl<T: Scalar> HeadingMethod<T> for NoHeadingSearch {}
 
-pub(in super::super) mod sealed {
+pub(in crate::ekf) mod sealed {
     use super::HeadingSearch;
 
     /// Interface of the search.

@@ -24,14 +24,15 @@ pub use method::{HeadingMethod, NoHeadingSearch};
 pub(super) use monitor::BetterHeading;
 pub(super) use motion::HypothesisMotion;
 
-use super::config::GpsModel;
-use super::history::History;
-use super::scalar::Scalar;
-use super::{single, square};
 use crate::earth::Geodetic;
+use crate::ekf::kernel::history::History;
+use crate::ekf::settings::config::GpsModel;
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::ins::{LeverArm, Start};
+use crate::matrix::square;
+use crate::scalar::Scalar;
+use crate::scalar::single;
 use crate::time::Time;
 use hypothesis::{
     HYPOTHESES, HYPOTHESIS_SIGMA_RAD, Hypothesis, Measured, MeasuredMotion, Prior, Surprise, at,

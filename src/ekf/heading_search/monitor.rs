@@ -1,8 +1,8 @@
 //! Monitor of a known heading against the fixes.
 
-use super::super::scalar::Scalar;
 use super::{AGREED_RAD, DOWN, HeadingSearch, turn_between};
 use crate::frames::{Body, Ned, Rotation, wrap_angle};
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Minimum error of a wrong heading, rad (25°).
@@ -27,7 +27,7 @@ pub struct BetterHeading {
 
 impl<T: Scalar> HeadingSearch<T> {
     /// Whether recent motion confirmed the last judged heading.
-    pub(in super::super) fn is_confirmed(&self) -> bool {
+    pub(in crate::ekf) fn is_confirmed(&self) -> bool {
         self.judgement.is_confirmed
     }
 
@@ -43,7 +43,7 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// The better heading, once the heading of an attitude with one-sigma `own_sigma_rad` has been wrong or suspect for
     /// some seconds.
-    pub(in super::super) fn judge(
+    pub(in crate::ekf) fn judge(
         &mut self,
         time: Time,
         body_to_ned: Rotation<Body, Ned, T>,

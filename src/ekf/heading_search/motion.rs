@@ -1,10 +1,10 @@
 //! Motion according to the hypotheses of a heading search, for a filter whose heading is unknown.
 
-use super::super::scalar::Scalar;
-use super::super::square;
 use super::hypothesis::{Block, HYPOTHESIS_SIGMA_RAD, Hypothesis, STATES};
 use super::{AGREED_RAD, HeadingSearch, MIN_SHARE, PROVEN_S, UNPROVEN_RAD, turn_between};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
+use crate::matrix::square;
+use crate::scalar::Scalar;
 
 /// Motion according to the best hypothesis, and its covariance over all hypotheses.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ impl<T: Scalar> HeadingSearch<T> {
     /// # Source
     /// Equation (H4) of docs/equations.md.
     #[inline(never)]
-    pub(in super::super) fn motion(&mut self) -> Option<HypothesisMotion<T>> {
+    pub(in crate::ekf) fn motion(&mut self) -> Option<HypothesisMotion<T>> {
         let best = *self.best().filter(|_| self.has_begun())?;
         self.motion_of(&best)
     }
@@ -90,7 +90,7 @@ impl<T: Scalar> HeadingSearch<T> {
     /// Motion according to the hypothesis that points a baseline of the body nearest to `heading_rad`, clockwise from
     /// north. `None` if the fixes contradict that hypothesis.
     #[inline(never)]
-    pub(in super::super) fn motion_at(
+    pub(in crate::ekf) fn motion_at(
         &mut self,
         baseline: Vector<Body>,
         heading_rad: f64,

@@ -1,17 +1,17 @@
 //! The heading of two GPS antennas.
 
-use super::super::config::AntennaHeadingModel;
-use super::super::covariance::Sensitivity;
-use super::super::filter::Ekf;
-use super::super::innovation::Channel;
-use super::super::layout::{ATTITUDE, Layout};
-use super::super::scalar::Scalar;
-use super::super::square;
-use super::super::trace::Trace;
-use super::report::{Report, Unusable};
 use super::update::ScalarMeasurement;
+use crate::ekf::filter::Ekf;
+use crate::ekf::kernel::covariance::Sensitivity;
+use crate::ekf::kernel::layout::{ATTITUDE, Layout};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::innovation::Channel;
+use crate::ekf::outcome::report::{Report, Unusable};
+use crate::ekf::settings::config::AntennaHeadingModel;
 use crate::frames::{Body, Vector, wrap_angle};
 use crate::gps::AntennaHeading;
+use crate::matrix::square;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Difference from the filter's heading, rad, beyond which a measured heading counts as reversed.
@@ -110,7 +110,7 @@ impl AntennaHeadingModel {
     ///
     /// # Errors
     /// [`Unusable::NotFinite`] and [`Unusable::WrongBaseline`].
-    pub(in super::super) fn check_baseline(
+    pub(in crate::ekf) fn check_baseline(
         &self,
         reading: &AntennaHeading,
         mounted: Option<Vector<Body>>,

@@ -1,15 +1,15 @@
 //! The attitude of a reference system: the inertial unit's own.
 
-use super::super::covariance::Sensitivity;
-use super::super::filter::Ekf;
-use super::super::innovation::Channel;
-use super::super::layout::{ATTITUDE, Layout};
-use super::super::scalar::Scalar;
-use super::super::square;
-use super::super::trace::Trace;
-use super::report::{Report, Unusable};
 use super::update::ScalarMeasurement;
+use crate::ekf::filter::Ekf;
+use crate::ekf::kernel::covariance::Sensitivity;
+use crate::ekf::kernel::layout::{ATTITUDE, Layout};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::innovation::Channel;
+use crate::ekf::outcome::report::{Report, Unusable};
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
+use crate::matrix::square;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Largest heading difference, rad, at which the reference's tilt is used together with its heading.
@@ -36,12 +36,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Whether an attitude at `time` is late enough after the last used one.
-    pub(in super::super) fn is_attitude_due(&self, time: Time) -> bool {
+    pub(in crate::ekf) fn is_attitude_due(&self, time: Time) -> bool {
         self.heading.since_used_s(time) >= self.config.attitude.interval_s
     }
 
     /// [`update_attitude`](Self::update_attitude), reported in the empty `report`.
-    pub(in super::super) fn fuse_attitude(
+    pub(in crate::ekf) fn fuse_attitude(
         &mut self,
         time: Time,
         reference: Rotation<Body, Ned, T>,

@@ -1,18 +1,18 @@
 //! Barometric height.
 
-use super::super::barometer::Barometer;
-use super::super::covariance::Sensitivity;
-use super::super::filter::Ekf;
-use super::super::gate::Group;
-use super::super::innovation::Channel;
-use super::super::layout::{Layout, POSITION, VELOCITY};
-use super::super::scalar::Scalar;
-use super::super::square;
-use super::super::trace::Trace;
-use super::report::{Report, Unusable};
 use super::update::ScalarMeasurement;
 use crate::earth::STANDARD_GRAVITY_MPS2;
+use crate::ekf::filter::Ekf;
+use crate::ekf::kernel::covariance::Sensitivity;
+use crate::ekf::kernel::layout::{Layout, POSITION, VELOCITY};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::group::Group;
+use crate::ekf::outcome::innovation::Channel;
+use crate::ekf::outcome::report::{Report, Unusable};
+use crate::ekf::watch::barometer::Barometer;
 use crate::event::is_possible_height;
+use crate::matrix::square;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {

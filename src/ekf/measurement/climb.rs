@@ -1,13 +1,13 @@
 //! Climb: near the ground a vehicle neither climbs nor sinks for long.
 
-use super::super::covariance::Sensitivity;
-use super::super::filter::Ekf;
-use super::super::innovation::Channel;
-use super::super::layout::{Layout, VELOCITY};
-use super::super::scalar::Scalar;
-use super::super::square;
-use super::super::trace::Trace;
 use super::update::ScalarMeasurement;
+use crate::ekf::filter::Ekf;
+use crate::ekf::kernel::covariance::Sensitivity;
+use crate::ekf::kernel::layout::{Layout, VELOCITY};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::innovation::Channel;
+use crate::matrix::square;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// One-sigma of the vertical velocity of a vehicle without a measured height, m/s.

@@ -1,26 +1,28 @@
 //! GPS: position and velocity of the antenna, at the time when the fix is valid.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
-use super::super::antenna::AntennaOffset;
-use super::super::covariance::{AxesSensitivity, FixSensitivity, Sensitivities};
-use super::super::excess::Stepped;
-use super::super::filter::Ekf;
-use super::super::gate::{Contradiction, Group};
-use super::super::history::{ABOUT_NS, LookBack};
-use super::super::innovation::{Channel, Verdict};
-use super::super::layout::{Layout, VELOCITY};
-use super::super::scalar::Scalar;
-use super::super::self_contradiction::Expected;
-use super::super::trace::Trace;
-use super::super::{single, square};
-use super::report::{Report, Unusable};
 use super::update::Compared;
 use super::wander::GpsNoise;
 use crate::earth::LocalEarth;
+use crate::ekf::filter::Ekf;
+use crate::ekf::gate::Contradiction;
+use crate::ekf::kernel::covariance::{AxesSensitivity, FixSensitivity, Sensitivities};
+use crate::ekf::kernel::history::{ABOUT_NS, LookBack};
+use crate::ekf::kernel::layout::{Layout, VELOCITY};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::group::Group;
+use crate::ekf::outcome::innovation::{Channel, Verdict};
+use crate::ekf::outcome::report::{Report, Unusable};
+use crate::ekf::watch::antenna::AntennaOffset;
+use crate::ekf::watch::excess::Stepped;
+use crate::ekf::watch::self_contradiction::Expected;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
 use crate::ins::LeverArm;
+use crate::matrix::square;
 use crate::matrix::{product, skew};
+use crate::scalar::Scalar;
+use crate::scalar::single;
 use crate::time::Time;
 
 /// Largest learned variance, relative to the stated or configured one.
@@ -63,11 +65,22 @@ const VELOCITIES: [Channel; 3] =
 
 /// Factor by which stated one-sigmas are enlarged, at least 1. `learned` is the ratio of the learned to the stated
 /// one-sigma.
-pub fn stated_times(learned: f64) -> f64 {
+fn stated_times(learned: f64) -> f64 {
     (learned / BY_CHANCE).max(1.0)
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
+    /// Factors by which the filter enlarges the one-sigmas that fixes state, for position and horizontal velocity: 1 to
+    /// 2.6.
+    ///
+    /// # Source
+    /// Equation (M7) of docs/equations.md.
+    #[must_use]
+    pub fn stated_times(&self) -> [f64; 2] {
+        let [position, level, _] = self.gps_learned;
+        [position, level].map(|variance| stated_times(Scalar::sqrt(f64::from(variance))))
+    }
+
     /// Fuses a satellite fix: position, and velocity if present, at the antenna and at the time when the fix was valid.
     ///
     /// # Errors
@@ -91,7 +104,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// [`update_gps`](Self::update_gps), reported in the empty `report`.
-    pub(in super::super) fn fuse_gps(
+    pub(in crate::ekf) fn fuse_gps(
         &mut self,
         fix: &Fix,
         report: &mut Report,
@@ -207,7 +220,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M14) of docs/equations.md.
-    pub(in super::super) fn due_until(&self) -> Time {
+    pub(in crate::ekf) fn due_until(&self) -> Time {
         let [delay_s, latency_s] = self.gps_delays_s();
         let about_s = if L::GPS_DELAY.is_some() { T::of_nanoseconds(ABOUT_NS) } else { T::ZERO };
         let since_s = (delay_s - about_s).min(latency_s).min(T::ZERO);
@@ -279,7 +292,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// One-sigmas, NED, of a fix's position, m, and of its velocity, m/s. The stated or assumed one-sigmas are
     /// multiplied by factors from the learned variances.
-    pub(in super::super) fn fix_sigmas(&self, fix: &Fix) -> ([f64; 3], [f64; 3]) {
+    pub(in crate::ekf) fn fix_sigmas(&self, fix: &Fix) -> ([f64; 3], [f64; 3]) {
         let model = &self.config.gps;
         let [learned_m, level, vertical] =
             self.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());

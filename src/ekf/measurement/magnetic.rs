@@ -1,16 +1,16 @@
 //! Magnetic heading.
 
-use super::super::covariance::Sensitivity;
-use super::super::field_watch::{AttitudeUncertainty, FieldChange, Parts, Turn};
-use super::super::filter::Ekf;
-use super::super::innovation::Channel;
-use super::super::layout::{ATTITUDE, Layout};
-use super::super::scalar::Scalar;
-use super::super::square;
-use super::super::trace::Trace;
-use super::report::{Report, Unusable};
 use super::update::ScalarMeasurement;
+use crate::ekf::filter::Ekf;
+use crate::ekf::kernel::covariance::Sensitivity;
+use crate::ekf::kernel::layout::{ATTITUDE, Layout};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::innovation::Channel;
+use crate::ekf::outcome::report::{Report, Unusable};
+use crate::ekf::watch::field_watch::{AttitudeUncertainty, FieldChange, Parts, Turn};
 use crate::frames::{Body, Vector, wrap_angle};
+use crate::matrix::square;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Minimum strength of a plausible field, gauss: the Earth's is 0.22 gauss or more. A weaker field means that the
@@ -32,7 +32,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (M15) of docs/equations.md.
     #[inline(never)]
-    pub(in super::super) fn watch_field(
+    pub(in crate::ekf) fn watch_field(
         &mut self,
         time: Time,
         field_gauss: Vector<Body>,

@@ -1,8 +1,8 @@
 //! Measurements of sensors that this crate does not know: the trait that a user implements.
 
-use super::super::covariance::MAX;
-use super::super::solution::Solution;
 use crate::earth::Geodetic;
+use crate::ekf::kernel::covariance::MAX;
+use crate::ekf::output::solution::Solution;
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::time::Time;
 
@@ -58,7 +58,7 @@ pub trait Measurement {
         Vector::ZERO
     }
 
-    /// Number of the sensor, which its innovations report: see [`Channel::Own`](super::super::Channel::Own).
+    /// Number of the sensor, which its innovations report: see [`Channel::Own`](crate::ekf::Channel::Own).
     fn sensor(&self) -> u8 {
         0
     }

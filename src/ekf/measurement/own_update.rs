@@ -1,20 +1,20 @@
 //! The update by a user's own sensor.
 
-use super::super::covariance::Sensitivity;
-use super::super::filter::Ekf;
-use super::super::history::LookBack;
-use super::super::innovation::Channel;
-use super::super::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
-use super::super::scalar::Scalar;
-use super::super::square;
-use super::super::trace::Trace;
 use super::own::{Expected, Measurement, Row, Rows};
-use super::report::{Report, Unusable};
 use super::update::ScalarMeasurement;
 use crate::earth::LocalEarth;
+use crate::ekf::filter::Ekf;
+use crate::ekf::kernel::covariance::Sensitivity;
+use crate::ekf::kernel::history::LookBack;
+use crate::ekf::kernel::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::innovation::Channel;
+use crate::ekf::outcome::report::{Report, Unusable};
 use crate::frames::{Body, Ned, Vector};
 use crate::ins::LeverArm;
 use crate::matrix::combined;
+use crate::matrix::square;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Largest time, s, by which a reading may be valid after the last inertial sample.
@@ -28,7 +28,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Fuses a reading of a user's own sensor. Its time of validity `time` is at most 0.5 s before and 0.1 s after the
     /// last inertial sample.
     ///
-    /// All its rows are accepted or rejected together, within [`GateConfig::sigmas`](super::super::GateConfig). A
+    /// All its rows are accepted or rejected together, within [`GateConfig::sigmas`](crate::ekf::GateConfig). A
     /// rejected reading changes nothing, however long the sensor is rejected: it never resets the filter.
     ///
     /// # Errors

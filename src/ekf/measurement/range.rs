@@ -1,16 +1,16 @@
 //! Distance to the ground, along the beam of a rangefinder.
 
-use super::super::covariance::Sensitivity;
-use super::super::estimator_config::Rangefinder;
-use super::super::filter::Ekf;
-use super::super::innovation::Channel;
-use super::super::layout::{ATTITUDE, Layout, POSITION};
-use super::super::scalar::Scalar;
-use super::super::square;
-use super::super::trace::Trace;
-use super::report::{Report, Unusable};
 use super::update::ScalarMeasurement;
+use crate::ekf::filter::Ekf;
+use crate::ekf::kernel::covariance::Sensitivity;
+use crate::ekf::kernel::layout::{ATTITUDE, Layout, POSITION};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::innovation::Channel;
+use crate::ekf::outcome::report::{Report, Unusable};
+use crate::ekf::settings::estimator_config::Rangefinder;
 use crate::event::RangeReading;
+use crate::matrix::square;
+use crate::scalar::Scalar;
 
 /// Minimum downward component of the beam's direction: the cosine of 60°.
 const MIN_DOWN: f64 = 0.5;

@@ -1,15 +1,15 @@
 //! Rest: a vehicle at rest has no velocity, and turns with the Earth.
 
-use super::super::covariance::Sensitivity;
-use super::super::filter::Ekf;
-use super::super::innovation::Channel;
-use super::super::layout::{GYRO_BIAS, Layout, VELOCITY};
-use super::super::scalar::Scalar;
-use super::super::square;
-use super::super::trace::Trace;
-use super::report::Report;
 use super::update::ScalarMeasurement;
 use crate::earth::LocalEarth;
+use crate::ekf::filter::Ekf;
+use crate::ekf::kernel::covariance::Sensitivity;
+use crate::ekf::kernel::layout::{GYRO_BIAS, Layout, VELOCITY};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::innovation::Channel;
+use crate::ekf::outcome::report::Report;
+use crate::matrix::square;
+use crate::scalar::Scalar;
 
 /// One-sigma of the rate of a vehicle at rest over a second, rad/s, due to wind, hands and warming up.
 const RATE_SIGMA_RADPS: f64 = 0.003;

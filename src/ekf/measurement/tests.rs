@@ -1,13 +1,15 @@
 //! Each measurement's sensitivity against numeric differentiation of its own prediction.
 
-use super::super::barometer::Barometer;
-use super::super::config::{AntennaHeadingModel, EkfConfig};
-use super::super::covariance::{Covariance, Gain, Sensitivity, Transition};
-use super::super::layout::{ATTITUDE, Full, GYRO_BIAS, Layout, POSITION};
-use super::super::level_force::LevelForce;
-use super::super::{FullEkf, Rangefinder, Trace};
-use super::*;
 use crate::earth::Geodetic;
+use crate::ekf::FullEkf;
+use crate::ekf::kernel::covariance::{Covariance, Gain, Sensitivity, Transition};
+use crate::ekf::kernel::layout::{ATTITUDE, Full, GYRO_BIAS, Layout, POSITION};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::report::{Report, Unusable};
+use crate::ekf::settings::config::{AntennaHeadingModel, EkfConfig};
+use crate::ekf::settings::estimator_config::Rangefinder;
+use crate::ekf::watch::barometer::Barometer;
+use crate::ekf::watch::level_force::LevelForce;
 use crate::event::RangeReading;
 use crate::frames::{EulerAngles, Ned, Rotation, Vector};
 use crate::gps::{AntennaHeading, Fix};

@@ -1,15 +1,17 @@
 //! The sequential update: axis after axis, gated by groups.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 5, in arrays of six")]
 
-use super::super::covariance::{Gain, Joint, Sensitivities, Sensitivity};
-use super::super::filter::Ekf;
-use super::super::gate::{Group, Off, Reopening};
-use super::super::innovation::{Channel, Innovation, Verdict};
-use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
-use super::super::scalar::Scalar;
-use super::super::trace::Trace;
-use super::super::{single, square};
-use super::report::Report;
+use crate::ekf::filter::Ekf;
+use crate::ekf::gate::{Off, Reopening};
+use crate::ekf::kernel::covariance::{Gain, Joint, Sensitivities, Sensitivity};
+use crate::ekf::kernel::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::group::Group;
+use crate::ekf::outcome::innovation::{Channel, Innovation, Verdict};
+use crate::ekf::outcome::report::Report;
+use crate::matrix::square;
+use crate::scalar::Scalar;
+use crate::scalar::single;
 use crate::time::Time;
 
 /// A scalar measurement without its sensitivity.

@@ -1,12 +1,12 @@
 //! Slow errors of fixes, common to several successive fixes.
 
-use super::super::covariance::{Relaxation, Transition};
-use super::super::filter::Ekf;
-use super::super::layout::Layout;
-use super::super::scalar::Scalar;
-use super::super::square;
-use super::super::trace::Trace;
+use crate::ekf::filter::Ekf;
+use crate::ekf::kernel::covariance::{Relaxation, Transition};
+use crate::ekf::kernel::layout::Layout;
+use crate::ekf::kernel::trace::Trace;
 use crate::gps::Fix;
+use crate::matrix::square;
+use crate::scalar::Scalar;
 
 /// White variances of a fix, north, east, down.
 pub(super) struct GpsNoise {

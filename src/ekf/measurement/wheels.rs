@@ -1,16 +1,17 @@
 //! Wheels: a vehicle that rolls on wheels moves only along its road, which serves as a measurement.
 
-use super::super::covariance::Sensitivity;
-use super::super::filter::Ekf;
-use super::super::innovation::Channel;
-use super::super::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
-use super::super::scalar::Scalar;
-use super::super::trace::Trace;
-use super::super::wheels::{Across, SLOWEST_MPS, Seen, WheelWatch};
-use super::super::{single, square};
-use super::report::Report;
 use super::update::ScalarMeasurement;
+use crate::ekf::filter::Ekf;
+use crate::ekf::kernel::covariance::Sensitivity;
+use crate::ekf::kernel::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use crate::ekf::kernel::trace::Trace;
+use crate::ekf::outcome::innovation::Channel;
+use crate::ekf::outcome::report::Report;
+use crate::ekf::watch::wheels::{Across, SLOWEST_MPS, Seen, WheelWatch};
 use crate::frames::{Body, Vector};
+use crate::matrix::square;
+use crate::scalar::Scalar;
+use crate::scalar::single;
 
 /// Possible velocity error, m/s, of a vehicle that left its road during the wheel constraint.
 const OFF_ROAD_MPS: f64 = 2.0;
@@ -27,7 +28,7 @@ struct Slip<T> {
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Feeds the state after a fix to the monitor of `wheels`.
     #[inline(never)]
-    pub(in super::super) fn watch_wheels(&mut self, wheels: &mut WheelWatch) {
+    pub(in crate::ekf) fn watch_wheels(&mut self, wheels: &mut WheelWatch) {
         let forward = self.state.body_to_ned.inverse() * self.state.velocity_mps;
         if single(forward.x()).abs() < SLOWEST_MPS {
             return;
@@ -46,7 +47,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M17) of docs/equations.md.
-    pub(in super::super) fn update_on_wheels(
+    pub(in crate::ekf) fn update_on_wheels(
         &mut self,
         wheels: &mut WheelWatch,
         trace: &mut impl Trace<T, N>,

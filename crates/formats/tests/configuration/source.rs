@@ -37,7 +37,7 @@ const PLACES: &[&str] = &[
     "crates/dataset/src/manifest",
     "crates/record/src/setup",
     "crates/formats/src/text",
-    "src/ekf",
+    "src/ekf/settings",
     "src/ins",
     "src/imu/notch.rs",
     "src/gps/quality.rs",
