@@ -163,7 +163,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// The monitor restarts if the filter was reset to the heading.
     fn note_heading(&mut self, report: &Report) {
         if self.phase == Phase::Searching && report.any_accepted() {
-            self.filter.attitude_lost = None;
+            self.filter.memory.attitude_lost = None;
             self.phase = Phase::Navigating;
             self.monitor_heading();
         } else if report.any_reset() {

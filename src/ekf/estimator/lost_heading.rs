@@ -23,7 +23,7 @@ const UNSURE_RAD: f64 = 0.35;
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     /// Whether a previously known heading is searched again.
     pub(super) fn is_searching_again(&self) -> bool {
-        self.phase == Phase::Searching && self.filter.attitude_lost.is_some()
+        self.phase == Phase::Searching && self.filter.memory.attitude_lost.is_some()
     }
 
     /// Handles a reset, or a gap of `length_s` that ended at `time`. Searches the heading again if the gap hid it, and
@@ -31,7 +31,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     #[inline(never)]
     pub(super) fn search_again(&mut self, time: Time, length_s: f64) {
         self.interrupt_search();
-        if self.phase != Phase::Navigating || self.filter.attitude_lost.is_none() {
+        if self.phase != Phase::Navigating || self.filter.memory.attitude_lost.is_none() {
             return;
         }
         self.start_tilt_check();
@@ -45,13 +45,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     #[inline(never)]
     pub(super) fn search_if_lost(&mut self, time: Time) {
         let filter = &mut self.filter;
-        if !(H::SEARCHES && self.phase == Phase::Navigating && filter.gates.is_filter_suspect(time))
+        if !(H::SEARCHES
+            && self.phase == Phase::Navigating
+            && filter.memory.gates.is_filter_suspect(time))
         {
             return;
         }
         let unsure = filter.covariance.variance(ATTITUDE + 2) > square(UNSURE_RAD);
         if unsure && !filter.had_heading(time) {
-            filter.attitude_lost = Some(time);
+            filter.memory.attitude_lost = Some(time);
             filter.catch_up(&mut ());
             let sigma_rad = Scalar::sqrt(filter.covariance.variance(ATTITUDE + 2));
             self.search_about(sigma_rad);
@@ -89,7 +91,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             let time = self.filter.state.time;
             // The heading comes from motion alone, so it counts as unconfirmed. A heading found with two antennas does
             // not: their next readings correct it.
-            self.filter.gates.start_unconfirmed_heading(time);
+            self.filter.memory.gates.start_unconfirmed_heading(time);
             self.accept_heading(&motion, (time, FOUND_SIGMA_RAD), trace, notify);
         } else {
             self.filter.follow(&motion, trace);

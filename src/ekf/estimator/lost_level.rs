@@ -58,7 +58,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         if self.level == Level::Doubted {
             self.continue_tilt_check(fix, trace, notify);
-        } else if self.filter.gates.is_filter_suspect(fix.time) && rejects_velocity(report) {
+        } else if self.filter.memory.gates.is_filter_suspect(fix.time) && rejects_velocity(report) {
             self.level = Level::Doubted;
             self.aligner.restart_at(fix, self.filter.state.time);
         }
@@ -117,11 +117,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let is_open = alignment.heading == HeadingSource::Unknown || down < STEEP;
         let aligned = if is_open { open_about(start, alignment.axis) } else { start };
         self.filter.realign(&aligned, trace);
-        self.filter.gates.start_unconfirmed_heading(self.filter.state.time);
+        self.filter.memory.gates.start_unconfirmed_heading(self.filter.state.time);
         self.wheels.forget();
         if is_open {
             self.level = Level::Lost;
-            self.filter.attitude_lost = Some(self.filter.state.time);
+            self.filter.memory.attitude_lost = Some(self.filter.state.time);
             self.search_all(&start, alignment.axis);
         } else {
             self.filter.open_heading(FOUND_SIGMA_RAD);

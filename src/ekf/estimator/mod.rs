@@ -355,7 +355,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         if let Some(search) = self.search.bank() {
             let rate_radps = mean.angular_rate_radps - errors.gyro_bias_radps;
-            let variances = self.filter.step_variances;
+            let variances = self.filter.memory.step_variances;
             search.observe_sample(rate_radps, force_mps2, variances, interval_s);
         }
     }
@@ -407,7 +407,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.filter.watch_wheels(&mut self.wheels);
         }
         notify(Notice::of_report(fix.time, Aid::Gps, result, &report));
-        if let Some((offset_m, sigma_m)) = self.filter.antenna.next_report() {
+        if let Some((offset_m, sigma_m)) = self.filter.memory.antenna.next_report() {
             let (offset_m, sigma_m) = (offset_m.cast(), f64::from(sigma_m));
             notify(Notice::AntennaOffsetFound { time: fix.time, offset_m, sigma_m });
         }
@@ -419,7 +419,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             let receiver = Receiver {
                 model: &filter.config.gps,
                 sigmas: filter.fix_sigmas(fix),
-                position_scatter: filter.position_scatter.share(),
+                position_scatter: filter.memory.position_scatter.share(),
                 antenna: filter.mounting.antenna_from_imu().cast(),
                 bias_radps: filter.imu_errors().gyro_bias_radps,
             };
@@ -431,7 +431,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.watch_heading(fix, trace, notify);
         }
         let is_confirmed = self.search.bank().is_some_and(|search| search.is_confirmed());
-        self.filter.gates.heading_is_consistent = is_confirmed && mechanisms.confirmed_heading;
+        self.filter.memory.gates.heading_is_consistent =
+            is_confirmed && mechanisms.confirmed_heading;
         self.monitor_tilt(fix, &report, trace, notify);
     }
 

@@ -56,7 +56,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (K9) of docs/equations.md.
     pub(in crate::ekf) fn ambiguity_m(&self) -> [f32; 2] {
-        self.gates.ambiguity_m()
+        self.memory.gates.ambiguity_m()
     }
 
     /// The covariance of the error state, up to `covariance_interval_s` old. It does not include the ambiguity of a
@@ -70,7 +70,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// successive innovations of the same sign. A large ratio may also come from a wrong axis or sign.
     #[must_use]
     pub fn noise_excess(&self) -> f64 {
-        self.excess.factor()
+        self.memory.excess.factor()
     }
 
     /// The settings.

@@ -42,9 +42,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let turned = block(ATTITUDE) + block(first);
-            self.attitude_watch.corrected(turned.cast().to_array());
+            self.memory.attitude_watch.corrected(turned.cast().to_array());
             let reference_error = self.estimate(first + 2);
-            self.heading_revision.corrected(self.state.time, at(ATTITUDE + 2), reference_error);
+            self.memory.heading_revision.corrected(
+                self.state.time,
+                at(ATTITUDE + 2),
+                reference_error,
+            );
         }
         false
     }
@@ -53,11 +57,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// history. The estimates stay. Sensor errors return to their initial variance; the variance of the barometer's
     /// level stays.
     pub(in crate::ekf) fn reset_covariance(&mut self) {
-        self.attitude_lost = Some(self.state.time);
+        self.memory.attitude_lost = Some(self.state.time);
         self.history.clear();
         let baro = L::BARO.map(|state| (state, self.covariance.variance(state)));
         self.covariance.clear();
-        self.unpropagated = None;
+        self.memory.unpropagated = None;
         self.open(ATTITUDE, [MAX_HIDDEN_RAD; 3]);
         self.open(VELOCITY, [RESET_VELOCITY_MPS; 3]);
         self.open(POSITION, [RESET_POSITION_M; 3]);
@@ -67,8 +71,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if let Some((state, variance)) = baro {
             self.covariance.set_variance(state, variance);
         }
-        self.gps_wander = None;
-        self.ground = Ground::UNKNOWN;
+        self.memory.gps_wander = None;
+        self.memory.ground = Ground::UNKNOWN;
     }
 
     /// Raises the one-sigma of the heading to at least `sigma_rad`.
@@ -83,14 +87,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn).renormalised();
         self.open(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
         self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
-        self.heading.disagreed_at = Some(time);
-        self.heading_revision.replaced(turn_rad);
-        self.attitude_watch.corrected([0.0, 0.0, turn_rad as f32]);
-        self.attitude_lost = None;
-        self.antenna_heading.disagreed_at = Some(time);
-        self.gates.suspect_filter(time);
-        self.gates.start_unconfirmed_heading(time);
-        let [wander_rad, _] = self.heading_wander;
+        self.memory.heading.disagreed_at = Some(time);
+        self.memory.heading_revision.replaced(turn_rad);
+        self.memory.attitude_watch.corrected([0.0, 0.0, turn_rad as f32]);
+        self.memory.attitude_lost = None;
+        self.memory.antenna_heading.disagreed_at = Some(time);
+        self.memory.gates.suspect_filter(time);
+        self.memory.gates.start_unconfirmed_heading(time);
+        let [wander_rad, _] = self.memory.heading_wander;
         self.forget_heading_error(wander_rad);
     }
 
@@ -112,8 +116,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Whether to reset the filter to a measured attitude or heading. True for the first measurement within
     /// [`ATTITUDE_RESET_S`] after a gap, if its source is not suspect.
     pub(in crate::ekf) fn shall_reset_attitude(&mut self, time: Time) -> bool {
-        let lost = self.attitude_lost.take();
-        self.heading.disagreed_at.is_none()
+        let lost = self.memory.attitude_lost.take();
+        self.memory.heading.disagreed_at.is_none()
             && lost.is_some_and(|lost| time - lost < ATTITUDE_RESET_S)
     }
 
@@ -133,7 +137,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for axis in first..VELOCITY {
             self.covariance.set_variance(axis, square(MAX_HIDDEN_RAD));
         }
-        self.attitude_watch.corrected(turn_rad.cast().to_array());
+        self.memory.attitude_watch.corrected(turn_rad.cast().to_array());
         trace.reset(first..VELOCITY);
         trace.turned(turn_rad.cast());
     }
@@ -211,7 +215,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Raises the additional one-sigma of the source to at least |`off_rad`|. Later fixes show whether filter or source
     /// is wrong.
     pub(in crate::ekf) fn suspect_heading(&mut self, off_rad: f64, trace: &mut impl Trace<T, N>) {
-        self.extra_heading_sigma_rad = self.extra_heading_sigma_rad.max(libm::fabs(off_rad) as f32);
+        self.memory.extra_heading_sigma_rad =
+            self.memory.extra_heading_sigma_rad.max(libm::fabs(off_rad) as f32);
         let opened = square(off_rad);
         let relaxation = match L::ATTITUDE_REFERENCE {
             Some(first) => Relaxation::opening(first + 2, [opened]),
@@ -226,22 +231,27 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// One-sigma of the slow error of the heading source, `elapsed_s` after the previous call. Equals `usual_rad` if
     /// the source is not suspect.
     pub(in crate::ekf) fn heading_wander_rad(&mut self, usual_rad: f64, elapsed_s: f64) -> f64 {
-        let field_rad = f64::from(self.field_watch.heading_sigma_rad);
+        let field_rad = f64::from(self.memory.field_watch.heading_sigma_rad);
         let usual_rad =
             if field_rad == 0.0 { usual_rad } else { Scalar::hypot(usual_rad, field_rad) };
-        if self.extra_heading_sigma_rad == 0.0 {
+        if self.memory.extra_heading_sigma_rad == 0.0 {
             return usual_rad;
         }
         let left = libm::exp(-elapsed_s.clamp(0.0, SUSPECT_TIME_S) / SUSPECT_TIME_S) as f32;
-        let extra_rad = self.extra_heading_sigma_rad * left;
-        self.extra_heading_sigma_rad = if extra_rad > FORGOTTEN_RAD { extra_rad } else { 0.0 };
+        let extra_rad = self.memory.extra_heading_sigma_rad * left;
+        self.memory.extra_heading_sigma_rad =
+            if extra_rad > FORGOTTEN_RAD { extra_rad } else { 0.0 };
         Scalar::hypot(usual_rad, f64::from(extra_rad))
     }
 
     /// Correlation time of the slow heading error, s. It is `usual_s` while the field is usual, and longer while the
     /// field is disturbed: a disturbed field may stay disturbed.
     pub(in crate::ekf) fn wander_time_s(&self, usual_s: f64) -> f64 {
-        if self.field_watch.heading_sigma_rad == 0.0 { usual_s } else { usual_s.max(DISTURBED_S) }
+        if self.memory.field_watch.heading_sigma_rad == 0.0 {
+            usual_s
+        } else {
+            usual_s.max(DISTURBED_S)
+        }
     }
 }
 

@@ -2,94 +2,31 @@
 
 mod accessors;
 mod correction;
+mod memory;
 mod process;
 mod unknown_heading;
 
 use core::marker::PhantomData;
 
 use crate::earth::LocalEarth;
-use crate::ekf::gate::Gates;
 use crate::ekf::kernel::covariance::Covariance;
 use crate::ekf::kernel::history::History;
 use crate::ekf::kernel::layout::{
     self, ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY,
 };
-use crate::ekf::kernel::motion_sum::MotionSum;
 use crate::ekf::kernel::trace::Trace;
 use crate::ekf::outcome::prediction::{ImuFault, Prediction, ResetCause};
 use crate::ekf::settings::config::EkfConfig;
-use crate::ekf::watch::antenna::AntennaOffset;
-use crate::ekf::watch::attitude_watch::AttitudeWatch;
-use crate::ekf::watch::barometer::Barometer;
-use crate::ekf::watch::bias_shift::BiasShift;
-use crate::ekf::watch::excess::Excess;
-use crate::ekf::watch::field_watch::FieldWatch;
-use crate::ekf::watch::ground::Ground;
-use crate::ekf::watch::heading_memory::HeadingMemory;
-use crate::ekf::watch::heading_revision::HeadingRevision;
-use crate::ekf::watch::level_force::LevelForce;
-use crate::ekf::watch::net_turn::NetTurn;
-use crate::ekf::watch::position_scatter::PositionScatter;
-use crate::ekf::watch::rectification::Rectification;
-use crate::ekf::watch::self_contradiction::SelfContradiction;
-use crate::frames::{Body, Ned, Vector};
-use crate::imu::{ImuSample, Integrity, Rest, Suspicion};
-use crate::ins::{Increment, Integrator, Mounting, NavState, Start, UNKNOWN_HEIGHT_M};
+use crate::frames::{Ned, Vector};
+use crate::imu::ImuSample;
+use crate::ins::{Increment, Mounting, NavState, Start, UNKNOWN_HEIGHT_M};
 use crate::matrix::square;
 use crate::scalar::Scalar;
 use crate::time::Time;
+use memory::{Memory, Samples};
 
 /// Largest one-sigma of the attitude after a gap, rad: linearisation is invalid beyond it.
 pub(super) const MAX_HIDDEN_RAD: f64 = 0.5;
-
-/// State derived from the samples alone, independent of the filter's estimates.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Samples<T> {
-    pub integrator: Integrator<T>,
-    pub integrity: Integrity<T>,
-    /// Suspected faults of the last sample.
-    pub suspicion: Suspicion<T>,
-    pub self_contradiction: SelfContradiction<T>,
-    pub rest: Rest,
-    pub rectification: Rectification,
-    /// Time of the last sample that was rejected because its time was far ahead.
-    pub far_ahead: Time,
-    /// Mean rate, rad/s, over a second of rest that ended with the last sample.
-    pub resting_rate_radps: Option<Vector<Body, T>>,
-}
-
-impl<T: Scalar> Samples<T> {
-    const NONE: Self = Self {
-        integrator: Integrator::EMPTY,
-        integrity: Integrity::NONE,
-        suspicion: Suspicion::NONE,
-        self_contradiction: SelfContradiction::NONE,
-        rest: Rest::NONE,
-        rectification: Rectification::NONE,
-        far_ahead: Time::NEVER,
-        resting_rate_radps: None,
-    };
-
-    /// Whether a sample with a time far ahead follows another such sample. A single time far ahead is wrong: it would
-    /// block all later samples. A second one shows that the inertial unit was off.
-    #[inline(never)]
-    fn confirms_far_ahead(&mut self, time: Time) -> bool {
-        let before = core::mem::replace(&mut self.far_ahead, time);
-        (0.0..=FOLLOWS_S).contains(&(time - before))
-    }
-
-    /// Resets every field separately, for the reason given at [`Gates::clear`].
-    fn clear(&mut self) {
-        self.integrator = Integrator::EMPTY;
-        self.integrity = Integrity::NONE;
-        self.suspicion = Suspicion::NONE;
-        self.self_contradiction = SelfContradiction::NONE;
-        self.rest = Rest::NONE;
-        self.rectification = Rectification::NONE;
-        self.far_ahead = Time::NEVER;
-        self.resting_rate_radps = None;
-    }
-}
 
 /// Error-state Kalman filter around the strapdown mechanization, closed loop.
 ///
@@ -105,44 +42,7 @@ pub struct Ekf<L, const N: usize, T = f64> {
     pub(super) parameters: [T; N],
     pub(super) covariance: Covariance<T, N>,
     pub(super) history: History<T>,
-    pub(super) gates: Gates,
-    /// Attitudes and magnetic headings.
-    pub(super) heading: HeadingMemory,
-    pub(super) attitude_watch: AttitudeWatch,
-    /// Slow error of the last heading source: one-sigma, rad, and correlation time, s.
-    pub(super) heading_wander: [f64; 2],
-    /// Additional one-sigma of the heading source's slow error, rad, according to the fixes.
-    pub(super) extra_heading_sigma_rad: f32,
-    pub(super) field_watch: FieldWatch,
-    /// Time at which the attitude was lost: by a gap, a reset, suspect samples, or a disturbed first field. `None`
-    /// after the next attitude measurement or a found heading.
-    pub(super) attitude_lost: Option<Time>,
-    /// See [`Solution::heading_revision_rad`](crate::ekf::Solution::heading_revision_rad).
-    pub(super) heading_revision: HeadingRevision<T>,
-    pub(super) barometer: Barometer,
-    pub(super) ground: Ground,
-    pub(super) antenna_heading: HeadingMemory,
-    /// Slow part of the latest fix's one-sigma: position horizontal and vertical, m, then velocity horizontal and
-    /// vertical, m/s.
-    pub(super) gps_wander: Option<[f32; 4]>,
-    /// Motion over which the covariance is not propagated yet.
-    pub(super) unpropagated: Option<MotionSum<T>>,
-    /// Angular rate relative to the NED axes, less bias, rad/s.
-    pub(super) angular_rate_radps: Vector<Body, T>,
-    /// Time since the last relaxation of the parameters, up to the last propagation, s.
-    pub(super) unrelaxed_s: T,
-    /// Learned variances of the GPS errors, relative to the stated or configured ones: position, horizontal velocity
-    /// and vertical velocity.
-    pub(super) gps_learned: [f32; 3],
-    pub(super) position_scatter: PositionScatter,
-    pub(super) net_turn: NetTurn<T>,
-    pub(super) level_force: LevelForce<T>,
-    pub(super) antenna: AntennaOffset,
-    /// Variances added by sensor noise over the last sample interval, mean of the three axes: angle, rad², and
-    /// velocity, (m/s)².
-    pub(super) step_variances: [T; 2],
-    pub(super) excess: Excess,
-    pub(super) bias_shift: BiasShift,
+    pub(super) memory: Memory<T>,
     pub(super) samples: Samples<T>,
     layout: PhantomData<L>,
 }
@@ -168,29 +68,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             parameters: [T::ZERO; N],
             covariance: Covariance::zero(),
             history: History::EMPTY,
-            gates: Gates::NONE,
-            heading: HeadingMemory::NONE,
-            attitude_watch: AttitudeWatch::NONE,
-            heading_wander: usual_heading_wander(&config),
-            extra_heading_sigma_rad: 0.0,
-            field_watch: FieldWatch::NONE,
-            attitude_lost: None,
-            heading_revision: HeadingRevision::NONE,
-            barometer: Barometer::BEFORE_FIRST_READING,
-            ground: Ground::UNKNOWN,
-            antenna_heading: HeadingMemory::NONE,
-            gps_wander: None,
-            unpropagated: None,
-            angular_rate_radps: Vector::ZERO,
-            unrelaxed_s: T::ZERO,
-            gps_learned: [1.0; 3],
-            position_scatter: PositionScatter::NONE,
-            net_turn: NetTurn::NONE,
-            level_force: LevelForce::NONE,
-            antenna: AntennaOffset::BEFORE_FIRST_TURN,
-            step_variances: [T::ZERO; 2],
-            excess: Excess::NONE,
-            bias_shift: BiasShift::UNKNOWN,
+            memory: Memory::before_first_reading(&config),
             samples: Samples::NONE,
             layout: PhantomData,
         }
@@ -200,30 +78,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(super) fn restart(&mut self, start: &Start) {
         self.parameters.fill(T::ZERO);
         self.history.clear();
-        self.gates.clear();
-        self.heading = HeadingMemory::NONE;
-        self.attitude_watch = AttitudeWatch::NONE;
-        self.heading_wander = usual_heading_wander(&self.config);
-        self.extra_heading_sigma_rad = 0.0;
-        self.field_watch = FieldWatch::NONE;
-        self.attitude_lost = None;
-        self.heading_revision = HeadingRevision::NONE;
-        self.barometer = Barometer::BEFORE_FIRST_READING;
-        self.ground = Ground::UNKNOWN;
-        self.antenna_heading = HeadingMemory::NONE;
-        self.gps_wander = None;
-        self.unpropagated = None;
-        self.angular_rate_radps = Vector::ZERO;
-        self.unrelaxed_s = T::ZERO;
-        self.gps_learned = [1.0; 3];
-        self.position_scatter = PositionScatter::NONE;
-        self.net_turn = NetTurn::NONE;
-        self.level_force = LevelForce::NONE;
-        self.antenna = AntennaOffset::BEFORE_FIRST_TURN;
-        self.step_variances = [T::ZERO; 2];
-        self.excess = Excess::NONE;
-        self.bias_shift = BiasShift::UNKNOWN;
-        self.samples.clear();
+        self.memory = Memory::before_first_reading(&self.config);
+        self.samples = Samples::NONE;
         self.restart_base(start);
         self.open_blocks();
         self.open_wander_of_start(start);
@@ -269,7 +125,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Some(first) => self.open_block_of_start(first, VELOCITY, shares.1, velocity, from_fix),
             None => [0.0; 3],
         };
-        self.gps_wander = Some([position_h, position_v, velocity_h, velocity_v].map(|m| m as f32));
+        self.memory.gps_wander =
+            Some([position_h, position_v, velocity_h, velocity_v].map(|m| m as f32));
     }
 
     /// Sets the one-sigmas of three slow errors, from state `first` on, to the fraction `share`, at most 0.99, of
@@ -301,7 +158,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let tilt = config.attitude.tilt_wander_rad;
-            let [heading, _] = self.heading_wander;
+            let [heading, _] = self.memory.heading_wander;
             self.open(first, [tilt, tilt, heading]);
         }
         if let Some(state) = L::LATENCY {
@@ -382,7 +239,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let suspicion = &self.samples.suspicion;
         let held = suspicion.withheld_mps2.dot(suspicion.withheld_mps2) > T::ZERO;
         if suspicion.is_suspect() || held {
-            self.gates.suspect_filter(sample.time);
+            self.memory.gates.suspect_filter(sample.time);
         }
         if held {
             increment.velocity_mps -= suspicion.withheld_mps2 * increment.interval_s;
@@ -398,7 +255,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Ok(Prediction::Reset(ResetCause::Diverged));
         };
         let rate = increment.angular_rate(&motion, &errors);
-        self.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
+        self.memory.angular_rate_radps = rate - self.state.body_to_ned.inverse() * ground;
         Ok(if gap { Prediction::BridgedGap { length_s: gap_s } } else { Prediction::Stepped })
     }
 
@@ -430,8 +287,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.catch_up(trace);
         let before = self.state;
         let interval_s = time.seconds_since(self.state.time);
-        self.gates.suspect_filter(time);
-        let rotation_rad = self.state.coast(time, self.angular_rate_radps);
+        self.memory.gates.suspect_filter(time);
+        let rotation_rad = self.state.coast(time, self.memory.angular_rate_radps);
         if !self.state.is_valid() {
             self.state = NavState { time, ..before };
             return None;
@@ -439,7 +296,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let transition = self.coasting(interval_s);
         self.propagate(&transition, trace);
         if interval_s.wide() * self.config.imu.gap_rate_radps >= MAX_HIDDEN_RAD {
-            self.attitude_lost = Some(time);
+            self.memory.attitude_lost = Some(time);
         }
         self.history.clear();
         self.history.coast(time, interval_s, rotation_rad);
@@ -451,16 +308,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
 /// Largest one-sigma, m/s, of a start velocity that comes from a fix.
 const UNKNOWN_VELOCITY_MPS: f64 = 4.0;
-/// [`Ekf::heading_wander`] before the first measured heading.
-const fn usual_heading_wander(config: &EkfConfig) -> [f64; 2] {
-    [config.attitude.heading_wander_rad, config.attitude.wander_time_s]
-}
-
 /// One-sigma of the level of a barometer before its first use, m. It is far larger than the one-sigma of any height. So
 /// the first reading sets the level and does not correct the height.
 const UNKNOWN_LEVEL_M: f64 = 100.0;
-/// Longest time, s, between two samples with times far ahead, for the second to confirm the first.
-const FOLLOWS_S: f64 = 1.0;
 /// Longest gap that is bridged, s: the motion in a longer one is unknown.
 const LONGEST_BRIDGE_S: f64 = 60.0;
 

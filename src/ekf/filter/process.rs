@@ -78,11 +78,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 }
             }
         };
-        let excess = self.excess.factor();
+        let excess = self.memory.excess.factor();
         markov(GYRO_BIAS, &[imu.gyro_bias_sigma_radps; 3], imu.gyro_bias_time_s / excess);
         markov(ACCEL_BIAS, &[imu.accel_bias_sigma_mps2; 3], imu.accel_bias_time_s / excess);
         let [position_h, position_v, velocity_h, velocity_v] =
-            self.gps_wander.unwrap_or_default().map(f64::from);
+            self.memory.gps_wander.unwrap_or_default().map(f64::from);
         if let Some(first) = L::GPS_POSITION {
             let sigmas = [position_h, position_h, position_v];
             markov(first, &sigmas, self.config.gps.position_wander_time_s);
@@ -103,7 +103,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             let found = |axis: usize| self.estimate(first + axis).abs().wide() / UNUSUAL;
             let tilt = [0, 1].map(|axis| attitude.tilt_wander_rad.max(found(axis)));
             markov(first, &tilt, attitude.wander_time_s);
-            let [heading, time_s] = self.heading_wander;
+            let [heading, time_s] = self.memory.heading_wander;
             markov(first + 2, &[heading.max(found(2))], time_s);
         }
         if let Some(state) = L::BARO {
@@ -128,9 +128,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Time, s, over which the parameters relax if `interval_s` is added. `None` until [`RELAXED_EVERY_S`] has
     /// accumulated: earlier, the change is too small to justify a pass over the covariance.
     fn relaxation_due_s(&mut self, interval_s: T) -> Option<T> {
-        let since_s = self.unrelaxed_s + interval_s;
+        let since_s = self.memory.unrelaxed_s + interval_s;
         let due = since_s >= T::of(RELAXED_EVERY_S);
-        self.unrelaxed_s = if due { T::ZERO } else { since_s };
+        self.memory.unrelaxed_s = if due { T::ZERO } else { since_s };
         due.then_some(since_s)
     }
 
@@ -171,25 +171,25 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) {
         let (angle_variance, velocity_variance) = self.noise(increment);
         let mean = |[x, y, z]: [T; 3]| (x + y + z) * T::of(1.0 / 3.0);
-        self.step_variances = [mean(angle_variance), mean(velocity_variance)];
-        self.level_force.push(advance.from_specific_force_mps, increment.interval_s);
+        self.memory.step_variances = [mean(angle_variance), mean(velocity_variance)];
+        self.memory.level_force.push(advance.from_specific_force_mps, increment.interval_s);
         let mut motion = MotionSum {
             increment: *increment,
             body_to_ned_rows: advance.body_to_ned_rows,
-            force_mps: self.level_force.of_motion(advance.from_specific_force_mps),
+            force_mps: self.memory.level_force.of_motion(advance.from_specific_force_mps),
             angle_variance,
             velocity_variance,
         };
-        if let Some(before) = &self.unpropagated {
+        if let Some(before) = &self.memory.unpropagated {
             motion.add_before(before);
         }
         // The error hidden by a sensor at full scale grows within the interval. So the covariance is propagated at once
         // after a clipped sample.
         let waits = !self.samples.suspicion.is_clipped();
         if waits && motion.increment.interval_s < T::of(self.config.imu.covariance_interval_s) {
-            self.unpropagated = Some(motion);
+            self.memory.unpropagated = Some(motion);
         } else {
-            self.unpropagated = None;
+            self.memory.unpropagated = None;
             let transition = self.transition(&motion);
             self.propagate(&transition, trace);
         }
@@ -198,7 +198,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Propagates the covariance to the present. Needed before the covariance is read or raised for a measurement, and
     /// before the state changes by anything except a mechanization step.
     pub(in crate::ekf) fn catch_up(&mut self, trace: &mut impl Trace<T, N>) {
-        if let Some(motion) = self.unpropagated.take() {
+        if let Some(motion) = self.memory.unpropagated.take() {
             let transition = self.transition(&motion);
             self.propagate(&transition, trace);
         }
@@ -222,7 +222,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 let decay = relaxation.decay.get(state).copied().unwrap_or(T::ONE);
                 single((decay - T::ONE) * self.estimate(state))
             };
-            self.gates.add_expected_shift([lost(first), lost(first + 1)]);
+            self.memory.gates.add_expected_shift([lost(first), lost(first + 1)]);
         }
         let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
         let (_, decays) = relaxation.decay.split_at(GYRO_BIAS);
@@ -235,10 +235,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     #[inline(never)]
     pub(in crate::ekf) fn relax(&mut self, trace: &mut impl Trace<T, N>) {
         self.catch_up(trace);
-        if self.unrelaxed_s > T::ZERO {
+        if self.memory.unrelaxed_s > T::ZERO {
             self.judge_level_force();
-            let relaxation = self.relaxation(self.unrelaxed_s);
-            self.unrelaxed_s = T::ZERO;
+            let relaxation = self.relaxation(self.memory.unrelaxed_s);
+            self.memory.unrelaxed_s = T::ZERO;
             self.covariance.relax(&relaxation);
             self.decay(&relaxation);
             trace.propagated(&Transition::of_relaxation(relaxation));
@@ -252,7 +252,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (K23) of docs/equations.md.
     fn judge_level_force(&mut self) {
         if !self.config.mechanisms.level_force {
-            self.level_force.variance = T::ZERO;
+            self.memory.level_force.variance = T::ZERO;
             return;
         }
         let [north, east, _] = self.state.body_to_ned.rows();
@@ -261,7 +261,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let gravity = T::of(STANDARD_GRAVITY_MPS2);
         let north = self.level_variance(&north, ATTITUDE + 1, -gravity);
         let east = self.level_variance(&east, ATTITUDE, gravity);
-        self.level_force.variance = sensed + (north + east).max(T::ZERO);
+        self.memory.level_force.variance = sensed + (north + east).max(T::ZERO);
     }
 
     /// Variance of the horizontal force along an axis with the body components `row`, (m/s²)². It comes from
@@ -314,14 +314,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             None => {
                 let memory_s = T::of(self.config.imu.net_turn_memory_s);
                 let [x, y, z] = rotation_rad.to_array();
-                let [rate_x, rate_y, rate_z] = self.angular_rate_radps.to_array();
+                let [rate_x, rate_y, rate_z] = self.memory.angular_rate_radps.to_array();
                 let turned = [x * rate_x, y * rate_y, z * rate_z];
-                let net_turn = self.net_turn.push(rotation_rad, interval_s, memory_s);
+                let net_turn = self.memory.net_turn.push(rotation_rad, interval_s, memory_s);
                 (net_turn, turned.map(|turned| turned.max(T::ZERO)))
             }
         };
         let imu = &self.config.imu;
-        let over_s = T::of(self.excess.factor()) * interval_s;
+        let over_s = T::of(self.memory.excess.factor()) * interval_s;
         let gyro = density(
             imu.angle_random_walk_rad,
             imu.gyro_vibration_share,

@@ -24,8 +24,8 @@ fn start() -> Start {
 fn a_filter_that_restarts_is_a_new_one() {
     let fresh = || FullEkf::new(EkfConfig::default(), Mounting::default(), start());
     let mut flown = fresh();
-    flown.heading_wander = [1.0, 5.0];
-    flown.extra_heading_sigma_rad = 0.5;
+    flown.memory.heading_wander = [1.0, 5.0];
+    flown.memory.extra_heading_sigma_rad = 0.5;
     for step in 1..=400_i32 {
         let time = Time::ZERO + 0.01 * f64::from(step);
         let phase = f64::from(step % 7) - 3.0;

@@ -39,18 +39,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.catch_up(trace);
         if fix.horizontal_velocity_mps.is_none() {
             // Without a heading and a measured velocity, the filter has no evidence against a position.
-            self.gates.note_position_divergence(fix.time);
+            self.memory.gates.note_position_divergence(fix.time);
         }
         let parameters = self.parameters;
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
-        let learned = self.gps_learned;
+        let learned = self.memory.gps_learned;
         let result = self.fuse_gps(fix, report, trace);
         // Two kinds of errors are learned only with a known heading: those of velocities, and those of positions from
         // fixes without velocity.
         let [before, level, down] = learned;
-        let [found, ..] = self.gps_learned;
+        let [found, ..] = self.memory.gps_learned;
         let has_velocity = fix.horizontal_velocity_mps.is_some();
-        self.gps_learned = [if has_velocity { found } else { before }, level, down];
+        self.memory.gps_learned = [if has_velocity { found } else { before }, level, down];
         let learns = |state: usize| {
             let of = |first: usize| (first..first + 3).contains(&state);
             L::GPS_POSITION.is_some_and(of) || Some(state) == L::BARO || Some(state) == L::GROUND
@@ -63,11 +63,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.covariance.set_variance(state, *variance);
             }
         }
-        self.gates.reset_position_drift();
-        self.excess = Excess::NONE;
-        self.bias_shift = BiasShift::UNKNOWN;
-        self.level_force = LevelForce::NONE;
-        self.antenna = AntennaOffset::BEFORE_FIRST_TURN;
+        self.memory.gates.reset_position_drift();
+        self.memory.excess = Excess::NONE;
+        self.memory.bias_shift = BiasShift::UNKNOWN;
+        self.memory.level_force = LevelForce::NONE;
+        self.memory.antenna = AntennaOffset::BEFORE_FIRST_TURN;
         result
     }
 
@@ -122,7 +122,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.open_heading(motion.heading_sigma_rad);
         // The velocity of the search contains the slow velocity errors of the fixes. The variance of the position is at
         // least that of its slow error.
-        let [place, _, slow, _] = self.gps_wander.unwrap_or_default().map(f64::from);
+        let [place, _, slow, _] = self.memory.gps_wander.unwrap_or_default().map(f64::from);
         for axis in 0..2 {
             self.covariance.add_variance(VELOCITY + axis, square(slow));
             if let Some(state) = L::GPS_VELOCITY.map(|first| first + axis) {
@@ -153,8 +153,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for axis in [ATTITUDE, ATTITUDE + 1] {
             self.covariance.open_to(axis, FOUND_TILT_RAD);
         }
-        self.heading_revision.replaced(turned_rad);
-        self.attitude_lost = None;
+        self.memory.heading_revision.replaced(turned_rad);
+        self.memory.attitude_lost = None;
         true
     }
 
@@ -169,8 +169,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.covariance.set_variance(state, variance);
         }
         self.history.clear();
-        self.level_force = LevelForce::NONE;
-        self.attitude_lost = None;
+        self.memory.level_force = LevelForce::NONE;
+        self.memory.attitude_lost = None;
         trace.reset(0..N);
         trace.turned(turned.rotation_vector().cast());
     }
@@ -178,7 +178,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Whether a source other than motion gave the heading shortly before `time`.
     pub(in crate::ekf) fn had_heading(&self, time: Time) -> bool {
         let lately = |memory: &HeadingMemory| memory.since_used_s(time) < HEADING_GIVEN_S;
-        self.heading.disagreed_at.is_none() && lately(&self.heading)
-            || lately(&self.antenna_heading)
+        self.memory.heading.disagreed_at.is_none() && lately(&self.memory.heading)
+            || lately(&self.memory.antenna_heading)
     }
 }

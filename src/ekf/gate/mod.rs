@@ -217,25 +217,6 @@ impl Gates {
         heading_is_consistent: false,
     };
 
-    /// Clears the state of all gates. It does so field by field: [`NONE`](Self::NONE) as a whole would be stored as a
-    /// constant next to the program.
-    pub fn clear(&mut self) {
-        self.gates = [Gate::NONE; Group::COUNT];
-        self.suspect_until = Time::NEVER;
-        self.diverged_until = Time::NEVER;
-        self.unconfirmed_until = Time::NEVER;
-        self.height_fused_s = 0.0;
-        self.position_fused_s = 0.0;
-        self.drift = PositionDrift::NONE;
-        self.previous = [Previous::NONE; 2];
-        self.height_bias_sigmas = [0.0; Group::HEIGHTS];
-        self.height_off_m = 0.0;
-        self.position_off_m = 0.0;
-        self.contradiction = Contradiction::NONE;
-        self.baro_disagrees = false;
-        self.heading_is_consistent = false;
-    }
-
     /// Notes a gap in the inertial samples, or clipping. Rejections that follow count as errors of the filter, not of
     /// the sensors.
     pub fn suspect_filter(&mut self, time: Time) {

@@ -50,7 +50,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ) -> Result<Report, Unusable> {
         let time = reading.time;
         model.check_baseline(reading, mounted)?;
-        let since_s = self.antenna_heading.since_used_s(time);
+        let since_s = self.memory.antenna_heading.since_used_s(time);
         if since_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
@@ -63,7 +63,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::NotFinite);
         }
         let age_s = self.age_s(time)?;
-        let turned_rad = (body_to_ned * self.angular_rate_radps.cast()).z() * age_s;
+        let turned_rad = (body_to_ned * self.memory.angular_rate_radps.cast()).z() * age_s;
         let off_rad = wrap_angle(reading.heading_rad + turned_rad - baseline.azimuth_rad());
         self.catch_up(trace);
         let own = self.covariance.variance(ATTITUDE + 2);
@@ -71,7 +71,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::BaselineReversed);
         }
         self.relax(trace);
-        self.antenna_heading.used = Some(time);
+        self.memory.antenna_heading.used = Some(time);
         let tilt = self.tilt_variance();
         let sigma_rad = reading.sigma_rad.unwrap_or(model.sigma_rad).max(model.floor_rad);
         let besides = square(baseline.z() / level) * tilt + square(AGED_SHARE * turned_rad);
@@ -80,7 +80,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // successive readings, would hide a jump.
         let jumps = square(off_rad) > square(self.config.gate.sigmas) * (own + one);
         let noise = if jumps { one } else { model.weight(since_s) * square(sigma_rad) + besides };
-        let trusted = self.antenna_heading.accepts(time, off_rad);
+        let trusted = self.memory.antenna_heading.accepts(time, off_rad);
         let heading = trusted.then(|| {
             let sensitivity = Sensitivity::default().with(ATTITUDE + 2, T::ONE);
             let (off, noise) = (T::of(off_rad), T::of(noise));

@@ -37,7 +37,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Whether an attitude at `time` is late enough after the last used one.
     pub(in crate::ekf) fn is_attitude_due(&self, time: Time) -> bool {
-        self.heading.since_used_s(time) >= self.config.attitude.interval_s
+        self.memory.heading.since_used_s(time) >= self.config.attitude.interval_s
     }
 
     /// [`update_attitude`](Self::update_attitude), reported in the empty `report`.
@@ -53,15 +53,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::NotFinite);
         }
         let model = self.config.attitude;
-        let elapsed_s = self.heading.since_used_s(time);
+        let elapsed_s = self.memory.heading.since_used_s(time);
         if elapsed_s < model.interval_s {
             return Err(Unusable::TooSoon);
         }
         self.relax(trace);
-        self.heading.used = Some(time);
+        self.memory.heading.used = Some(time);
         let wander_rad = self.heading_wander_rad(model.heading_wander_rad, elapsed_s);
-        self.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
-        self.heading_revision.is_magnetic = false;
+        self.memory.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
+        self.memory.heading_revision.is_magnetic = false;
         let wander: Vector<Ned, T> = self.block(first).into();
         let off =
             |filter: &Self| (reference * filter.state.body_to_ned.inverse()).rotation_vector();
@@ -72,7 +72,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let own = self.state.body_to_ned;
         let mut left = off(self) - wander;
         let is_far = left.z().abs() > T::of(FAR_RAD);
-        let accepts_heading = self.heading.accepts(time, left.z().wide());
+        let accepts_heading = self.memory.heading.accepts(time, left.z().wide());
         if is_far || !accepts_heading {
             let heading_off = wrap_angle(reference.heading_rad() - own.heading_rad());
             let turned = reference.turned_in_to(Vector::new(T::ZERO, T::ZERO, -heading_off));
@@ -120,12 +120,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Ok([T::ZERO; 2]);
         }
         let off_rad = off_rad.cast().to_array();
-        let watch = &mut self.attitude_watch;
+        let watch = &mut self.memory.attitude_watch;
         // After faulty inertial samples the gyros are no reference. In a disturbed field, the reference's heading
         // follows the field.
-        let field = &self.field_watch;
+        let field = &self.memory.field_watch;
         if elapsed_s > LONGEST_S
-            || self.gates.is_filter_suspect(time)
+            || self.memory.gates.is_filter_suspect(time)
             || field.heading_sigma_rad > 0.0
         {
             watch.forget();

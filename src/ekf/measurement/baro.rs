@@ -35,30 +35,30 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if !is_possible_height(height_m) {
             return Err(Unusable::NotFinite);
         }
-        let elapsed_s = self.gates.since_accepted_s(Group::Baro, time);
-        if self.barometer.repeats(height_m, elapsed_s) {
+        let elapsed_s = self.memory.gates.since_accepted_s(Group::Baro, time);
+        if self.memory.barometer.repeats(height_m, elapsed_s) {
             return Err(Unusable::RepeatedReading);
         }
         self.relax(trace);
         let elapsed_s = elapsed_s.clamp(MIN_S, WIND_TIME_S);
         let noise_m = self.config.baro.noise_m;
-        if !self.barometer.has_reading() {
-            self.barometer = Barometer::at(height_m - self.state.position.height_m, noise_m);
+        if !self.memory.barometer.has_reading() {
+            self.memory.barometer = Barometer::at(height_m - self.state.position.height_m, noise_m);
         }
         let innovation = self.baro_innovation(state, height_m).wide();
         let moved = 0.5 * self.covariance.variance(VELOCITY + 2) * square(elapsed_s);
         let explained = self.wind_variance().wide() * (elapsed_s / WIND_TIME_S) + moved;
-        let scatter = self.barometer.scatter(innovation, elapsed_s, explained, noise_m);
+        let scatter = self.memory.barometer.scatter(innovation, elapsed_s, explained, noise_m);
         let learns = self.config.mechanisms.barometer_scatter;
         let noise = if learns { scatter } else { square(noise_m) };
         let report = self.compare_baro(state, time, height_m, [noise, elapsed_s], trace);
-        self.barometer.compared(self.baro_innovation(state, height_m).wide());
+        self.memory.barometer.compared(self.baro_innovation(state, height_m).wide());
         Ok(report)
     }
 
     /// Innovation of a height, m.
     fn baro_innovation(&self, state: usize, height_m: f64) -> T {
-        let read_m = height_m - self.barometer.level_m();
+        let read_m = height_m - self.memory.barometer.level_m();
         T::of(read_m - self.state.position.height_m) - self.estimate(state)
     }
 
@@ -80,7 +80,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 .map(|(row, column)| self.covariance.value(row, column));
         let own = slow - both - (both - height);
         let likely = square(T::of(DISAGREES_SIGMAS)) * (own + noise + wind);
-        self.gates.baro_disagrees = square(innovation) > likely;
+        self.memory.gates.baro_disagrees = square(innovation) > likely;
         let noise = noise + wind * T::of(2.0 * WIND_TIME_S / elapsed_s);
         let height = ScalarMeasurement::new(Channel::BaroHeight, innovation, noise, sensitivity);
         self.update_one(time, Some(height), trace)

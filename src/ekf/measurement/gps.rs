@@ -77,7 +77,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (M7) of docs/equations.md.
     #[must_use]
     pub fn stated_times(&self) -> [f64; 2] {
-        let [position, level, _] = self.gps_learned;
+        let [position, level, _] = self.memory.gps_learned;
         [position, level].map(|variance| stated_times(Scalar::sqrt(f64::from(variance))))
     }
 
@@ -138,7 +138,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let sigmas = self.fix_sigmas(fix);
         if self.config.mechanisms.position_scatter && fix.horizontal_velocity_mps.is_none() {
             let agility_mps2 = self.samples.self_contradiction.agility_mps2();
-            self.position_scatter.push(fix, sigmas.0, agility_mps2);
+            self.memory.position_scatter.push(fix, sigmas.0, agility_mps2);
         }
         let noise = self.gps_noise(fix, sigmas, trace);
         self.judge_readings(fix, sigmas, earth.gravity_mps2.wide());
@@ -167,12 +167,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let axes = [vn, ve, vd, n, e, d];
         let sensitivities = Sensitivities::Fix(&sensitivity);
-        let is_absent = self.gates.is_absent(Group::HorizontalPosition, fix.time);
+        let is_absent = self.memory.gates.is_absent(Group::HorizontalPosition, fix.time);
         let moved_m = self.compare(fix.time, &axes, sensitivities, report, trace);
-        self.gates.shift_position(moved_m);
+        self.memory.gates.shift_position(moved_m);
         if is_absent {
             // No position came recently. Meanwhile the vehicle's own motion moved the expected position.
-            self.gates.reset_position_drift();
+            self.memory.gates.reset_position_drift();
         } else if self.config.mechanisms.drifting_positions && L::GPS_POSITION.is_some() {
             report.position_drift_m = self.note_position_drift(fix, [moved_m[0], moved_m[1]]);
         }
@@ -190,18 +190,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         // Velocity errors left by clipping or a gap do not indicate a step of a bias.
         let mechanisms = self.config.mechanisms;
-        let mut stepped = self.excess.learn(fix.time, report);
+        let mut stepped = self.memory.excess.learn(fix.time, report);
         if !mechanisms.excess_noise {
-            self.excess.forget_factor();
+            self.memory.excess.forget_factor();
         }
         // From positions alone, the only evidence of a step is that the filter diverged.
         stepped.far |= places_alone && report.any_reset();
         // A height that a barometer confirms is right, and so are the biases behind it.
-        stepped.down_far = stepped.down_far.filter(|_| !self.gates.agrees(Group::Baro, fix.time));
+        stepped.down_far =
+            stepped.down_far.filter(|_| !self.memory.gates.agrees(Group::Baro, fix.time));
         let is_far = stepped.far || stepped.down_far.is_some();
-        let otherwise = self.gates.is_filter_suspect(fix.time)
+        let otherwise = self.memory.gates.is_filter_suspect(fix.time)
             || self.samples.self_contradiction.is_suspected()
-            || (self.gates.were_reopened(fix.time) && !is_far);
+            || (self.memory.gates.were_reopened(fix.time) && !is_far);
         if mechanisms.bias_steps && stepped != Stepped::default() && !otherwise {
             self.open_biases(stepped, trace);
             report.biases_opened = true;
@@ -240,7 +241,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let own_mps = self.state.velocity_mps.cast();
         let watch = &mut self.samples.self_contradiction;
         watch.push(fix, own_mps, &Expected { position_m, velocity_mps, gravity_mps2 });
-        self.gates.contradiction =
+        self.memory.gates.contradiction =
             Contradiction { suspected: watch.is_suspected(), proven: watch.is_proven() };
     }
 
@@ -253,12 +254,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // The learned size grows with a drift, so only a learned reduction counts.
         let assumed = || {
             let [level_m, ..] = self.config.gps.position_sigma_m();
-            level_m as f32 * libm::sqrtf(self.gps_learned[0].min(1.0))
+            level_m as f32 * libm::sqrtf(self.memory.gps_learned[0].min(1.0))
         };
         let stated = |sigma: Vector<Ned>| sigma.x().max(sigma.y()) as f32;
         let sigma_m = fix.position_sigma_m.map_or_else(assumed, stated);
         let least_m = libm::hypotf(WALK_SIGMAS * sigma_m, WALK_M);
-        self.gates.observe_position_shift(fix.time, moved_m, least_m)
+        self.memory.gates.observe_position_shift(fix.time, moved_m, least_m)
     }
 
     /// Adapts the learned size of the GPS errors to the innovations of this fix, relative to their expected size. If
@@ -275,9 +276,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 {
                     continue;
                 }
-                Channel::PositionNorth | Channel::PositionEast => &mut self.gps_learned[0],
-                Channel::VelocityNorth | Channel::VelocityEast => &mut self.gps_learned[1],
-                Channel::VelocityDown => &mut self.gps_learned[2],
+                Channel::PositionNorth | Channel::PositionEast => &mut self.memory.gps_learned[0],
+                Channel::VelocityNorth | Channel::VelocityEast => &mut self.memory.gps_learned[1],
+                Channel::VelocityDown => &mut self.memory.gps_learned[2],
                 _ => continue,
             };
             let surprise = square(axis.normalised()).min(MAX_SURPRISE);
@@ -295,7 +296,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(in crate::ekf) fn fix_sigmas(&self, fix: &Fix) -> ([f64; 3], [f64; 3]) {
         let model = &self.config.gps;
         let [learned_m, level, vertical] =
-            self.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());
+            self.memory.gps_learned.map(|variance| T::of(variance.into()).sqrt().wide());
         let learned_mps = [level, level, vertical];
         let position = match fix.position_sigma_m {
             Some(stated) => stated.to_array().map(|sigma| sigma * stated_times(learned_m)),
@@ -343,7 +344,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             .fold(T::ZERO, |sum, state| sum + self.covariance.value(state, state));
         // δz = δp − L δv − (∫ΔV × ) ψ − [arm ×] ψ, with the age L and ψ then = ψ now + (∫C) δb_g; ∫ΔV is reduced (K23).
         let sensitivity = AxesSensitivity {
-            turning: (-self.level_force.of_motion(back.force_m) - arm).to_array(),
+            turning: (-self.memory.level_force.of_motion(back.force_m) - arm).to_array(),
             gyro_bias: product(&skew((-arm).to_array()), &back.turn_s),
             accel_bias: back.turn_s.map(|row| row.map(|turn_s| turn_s * accelerated)),
             delay: significant(-(back.state.velocity_mps + swing), velocity_variance).to_array(),
@@ -381,7 +382,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         });
         // δz = δv + [ΔV ×] ψ + (∫C) δb_a − [swing ×] ψ + C [arm ×] δb_g.
         let sensitivity = AxesSensitivity {
-            turning: (self.level_force.of_motion(back.force_mps) - swing).to_array(),
+            turning: (self.memory.level_force.of_motion(back.force_mps) - swing).to_array(),
             gyro_bias: product(&body_to_ned.rows(), &skew(antenna_arm.0.to_array())),
             accel_bias: back.turn_s,
             delay: significant(-back.acceleration_mps2, acceleration_variance).to_array(),
@@ -411,15 +412,17 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let level_mps2 = single(back.acceleration_mps2.x().hypot(back.acceleration_mps2.y()));
         let expected = |axis: &Compared<T>, state| axis.noise + self.covariance.value(state, state);
         let variance = single(expected(north, VELOCITY) + expected(east, VELOCITY + 1)) * 0.5;
-        let unsure = T::of(f64::from(self.antenna.velocity_variance(turning_radps)));
-        self.antenna.observe_innovation(turning_radps, level_mps2, ahead, variance);
+        let unsure = T::of(f64::from(self.memory.antenna.velocity_variance(turning_radps)));
+        self.memory.antenna.observe_innovation(turning_radps, level_mps2, ahead, variance);
         north.noise += unsure;
         east.noise += unsure;
     }
 
     /// From the inertial unit to the estimated position of the antenna.
     fn antenna_arm(&self) -> LeverArm<T> {
-        LeverArm(self.mounting.antenna_from_imu().cast::<T>().0 + self.antenna.offset_m().cast())
+        LeverArm(
+            self.mounting.antenna_from_imu().cast::<T>().0 + self.memory.antenna.offset_m().cast(),
+        )
     }
 
     /// Variance of the velocity error since the time of `back`, times the square of `lever`. It comes from the inertial

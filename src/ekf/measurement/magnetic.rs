@@ -39,8 +39,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Option<FieldChange> {
         let error = L::ATTITUDE_REFERENCE? + 2;
-        let is_due = self.field_watch.is_due(time, self.config.magnetometer.interval_s);
-        if !self.config.mechanisms.field_monitor || self.attitude_lost.is_some() || !is_due {
+        let is_due = self.memory.field_watch.is_due(time, self.config.magnetometer.interval_s);
+        if !self.config.mechanisms.field_monitor || self.memory.attitude_lost.is_some() || !is_due {
             return None;
         }
         let field = self.state.body_to_ned * field_gauss.cast();
@@ -52,27 +52,27 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let uncertainty = AttitudeUncertainty {
             tilt_variance: self.tilt_variance() as f32,
             heading_variance: self.covariance.variance(ATTITUDE + 2) as f32,
-            turned: self.gates.is_filter_suspect(time),
+            turned: self.memory.gates.is_filter_suspect(time),
         };
         let parts = Parts { level, down, azimuth_rad: field.azimuth_rad().wide() as f32 };
-        let change = self.field_watch.push(time, parts, &uncertainty)?;
+        let change = self.memory.field_watch.push(time, parts, &uncertainty)?;
         if change.turn == Some(Turn::Suspect) {
             // Restarts the interval between used headings, so that the next checked field is also used.
-            self.heading.used = self.heading.used.map(|_| time);
+            self.memory.heading.used = self.memory.heading.used.map(|_| time);
             return Some(change);
         }
         // The inertial unit's own heading follows the field.
-        self.attitude_watch.forget();
+        self.memory.attitude_watch.forget();
         self.relax(trace);
         if change.turn == Some(Turn::Lasting) {
             self.suspect_heading(self.estimate(error).wide(), trace);
         } else {
             self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
         }
-        if change.turn == Some(Turn::Settled) && self.heading_revision.is_magnetic {
+        if change.turn == Some(Turn::Settled) && self.memory.heading_revision.is_magnetic {
             // The field at the start was disturbed, and so the heading was wrong: it is measured again.
-            self.attitude_lost = Some(time);
-            self.heading_revision.replaced(0.0);
+            self.memory.attitude_lost = Some(time);
+            self.memory.heading_revision.replaced(0.0);
             self.forget_heading_error(self.config.magnetometer.heading_wander_rad);
             trace.reset(error..error + 1);
         }
@@ -112,15 +112,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.samples.rest.field(field_gauss);
         let first = L::ATTITUDE_REFERENCE.ok_or(Unusable::NoState)? + 2;
         let model = self.config.magnetometer;
-        let elapsed_s = self.heading.used.map_or(model.interval_s, |used| time - used);
+        let elapsed_s = self.memory.heading.used.map_or(model.interval_s, |used| time - used);
         // If the levelling attitude is off by ψ, the field's dip turns its horizontal part. This is an error of the
         // reference, as slow as that of the tilt; it does not move the tilt.
         let dip = (field.z() / horizontal).wide();
         let usual_rad =
             Scalar::sqrt(square(model.heading_wander_rad) + square(dip) * self.tilt_variance());
         // After a gap the fixes have to correct roll and pitch first.
-        let had_gap = self.gates.is_filter_suspect(time);
-        let may_lean = had_gap || self.attitude_lost.is_some();
+        let had_gap = self.memory.gates.is_filter_suspect(time);
+        let may_lean = had_gap || self.memory.attitude_lost.is_some();
         if may_lean && usual_rad > MAX_UNLEVELLED_RAD {
             return Err(Unusable::NotLevelled);
         }
@@ -128,12 +128,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return Err(Unusable::TooSoon);
         }
         self.relax(trace);
-        let before = self.heading.used.replace(time);
+        let before = self.memory.heading.used.replace(time);
         let is_first =
-            before.is_none_or(|before| had_gap && self.gates.was_suspected_after(before));
+            before.is_none_or(|before| had_gap && self.memory.gates.was_suspected_after(before));
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
-        self.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
-        self.heading_revision.is_magnetic = true;
+        self.memory.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
+        self.memory.heading_revision.is_magnetic = true;
         let lost = self.shall_reset_attitude(time);
         if is_first || lost {
             // Until now the state was the slow error of an attitude reference.
@@ -146,7 +146,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.reset_attitude(Vector::new(T::ZERO, T::ZERO, off), ATTITUDE + 2, trace);
         }
         let innovation = if lost { T::ZERO } else { off };
-        let heading = self.heading.accepts(time, innovation.wide()).then(|| {
+        let heading = self.memory.heading.accepts(time, innovation.wide()).then(|| {
             let sensitivity = Sensitivity::default().with(ATTITUDE + 2, T::ONE).with(first, T::ONE);
             let noise = square(T::of(model.noise_rad));
             ScalarMeasurement::new(Channel::Yaw, innovation, noise, sensitivity)

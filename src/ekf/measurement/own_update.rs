@@ -102,7 +102,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let attitude =
             row.attitude.cast() + (body_to_ned * arm).cross(position) + swing.cross(velocity);
         let [force_m, force_mps] =
-            [back.force_m, back.force_mps].map(|force| self.level_force.of_motion(force));
+            [back.force_m, back.force_mps].map(|force| self.memory.level_force.of_motion(force));
         // The rows of the integral of the direction cosines, combined by a vector in NED.
         let turned = |by: Vector<Ned, T>| {
             Vector::<Body, T>::from(combined(by.to_array(), back.turn_s.each_ref()))

@@ -47,8 +47,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let from_imu = rangefinder.lever_arm_m - self.mounting.imu_lever_arm_m;
         let beam = body_to_ned * rangefinder.beam;
         let hit = body_to_ned * from_imu + beam * range_m;
-        let wandered_m = self.ground.see(reading, beam, hit, velocity_mps);
-        if self.ground.is_stuck(beam) {
+        let wandered_m = self.memory.ground.see(reading, beam, hit, velocity_mps);
+        if self.memory.ground.is_stuck(beam) {
             return Err(Unusable::Stuck);
         }
         let vouched = reading.quality.is_none_or(|quality| quality >= model.least_quality);
@@ -64,14 +64,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let own_m = self.state.position.height_m + velocity_mps.z() * age_s;
         let white_m = reading.sigma_m.unwrap_or(model.noise_m).max(MIN_NOISE_M);
         let noise = square(white_m) + square(model.noise_share * range_m);
-        let height_m = if let Some(height_m) = self.ground.height_m {
+        let height_m = if let Some(height_m) = self.memory.ground.height_m {
             self.open_parameter(state, square(model.ground_walk_m) * wandered_m, trace);
             height_m
         } else {
             let variance = self.covariance.variance(POSITION + 2) + noise;
             self.reset_parameter(state, 0.0);
             self.open_parameter(state, square(OPENED) * variance, trace);
-            *self.ground.height_m.insert(own_m - hit.z())
+            *self.memory.ground.height_m.insert(own_m - hit.z())
         };
         let per_metre = 1.0 / beam.z();
         // The innovation is positive if the reading is longer than the estimated distance to the ground.

@@ -29,18 +29,18 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub fn update_at_rest(&mut self, trace: &mut impl Trace<T, N>) -> Option<Report> {
         if self.samples.rest.moves_off() && self.config.mechanisms.rested_bias {
             let assumed = square(self.config.imu.gyro_bias_sigma_radps);
-            self.open_gyro_bias(self.bias_shift.variance(assumed), trace);
-            self.bias_shift.rests = false;
+            self.open_gyro_bias(self.memory.bias_shift.variance(assumed), trace);
+            self.memory.bias_shift.rests = false;
         }
         let rate =
             self.samples.resting_rate_radps.take().filter(|_| self.config.mechanisms.rest)?;
         self.relax(trace);
         let earth = LocalEarth::about(&self.state.position).earth_rate_radps;
         let off = (rate - self.state.body_to_ned.inverse() * earth).to_array();
-        if !core::mem::replace(&mut self.bias_shift.rests, true) {
+        if !core::mem::replace(&mut self.memory.bias_shift.rests, true) {
             let bias = self.block(GYRO_BIAS);
             let stepped = off.iter().zip(bias).map(|(&rate, bias)| square((rate - bias).wide()));
-            self.bias_shift.learn(stepped.fold(0.0, f64::max));
+            self.memory.bias_shift.learn(stepped.fold(0.0, f64::max));
         }
         let velocity = self.state.velocity_mps.to_array();
         // A vehicle may glide as smoothly as a vehicle at rest. So the noise of the zero velocity includes the mean

@@ -66,13 +66,13 @@ fn filter(parameters: &[f64; N], nominal: Option<NavState>) -> FullEkf {
     }
     filter.parameters = *parameters;
     // With the specific force attributed entirely to motion.
-    filter.level_force = LevelForce::NONE;
+    filter.memory.level_force = LevelForce::NONE;
     if let Some(state) = nominal {
         filter.state = state;
     }
     // With zero covariance the filter corrects nothing: every axis reports its whole innovation.
     filter.covariance = Covariance::zero();
-    filter.gps_wander = Some([0.0; 4]);
+    filter.memory.gps_wander = Some([0.0; 4]);
     filter
 }
 
@@ -255,7 +255,7 @@ fn a_barometer_sees_the_height_and_its_own_slow_error() {
     let offset_m = 12.0;
     let height_m = filter_now().position.height_m + offset_m;
     let errors = errors(&|filter, rows| {
-        filter.barometer = Barometer::at(offset_m, filter.config.baro.noise_m);
+        filter.memory.barometer = Barometer::at(offset_m, filter.config.baro.noise_m);
         let time = filter.state.time;
         filter.update_baro(time, height_m, rows).unwrap()
     });
@@ -312,7 +312,7 @@ fn a_heading_is_refused_as_not_levelled_after_a_gap_until_the_tilt_is_known() {
     let mut filter = filter(&[0.0; N], None);
     let time = filter.state.time;
     let field = filter.state.body_to_ned.inverse() * Vector::new(0.2, 0.0, 0.4);
-    filter.gates.suspect_filter(time);
+    filter.memory.gates.suspect_filter(time);
     filter.covariance.set_variance(ATTITUDE, 0.1);
     let told = filter.update_magnetic_heading(time, field, 0.0, &mut ());
     assert_eq!(told, Err(Unusable::NotLevelled));
@@ -350,7 +350,7 @@ fn a_distance_to_the_ground_sees_height_tilt_and_the_ground() {
             let range_m = 12.0;
             let arm = rangefinder.lever_arm_m - mounting().imu_lever_arm_m;
             let hit = now.body_to_ned * (arm + rangefinder.beam * range_m);
-            filter.ground.height_m = Some(now.position.height_m - hit.z());
+            filter.memory.ground.height_m = Some(now.position.height_m - hit.z());
             let reading = RangeReading::new(filter.state.time, range_m);
             filter.update_range(&reading, &rangefinder, rows).unwrap()
         });

@@ -143,22 +143,22 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             };
             let is_biased = self.config.mechanisms.biased_heights
                 && group.is_height()
-                && self.gates.is_biased(group, time, &off);
+                && self.memory.gates.is_biased(group, time, &off);
             let fits = largest <= square(T::of(self.config.gate.sigmas))
                 && !is_biased
-                && (!self.gates.is_contradicted(group) || are_near(is_vertical(at)));
+                && (!self.memory.gates.is_contradicted(group) || are_near(is_vertical(at)));
             let verdict = if fits {
                 if group == Group::HorizontalPosition {
                     self.judge_position(joint.variance(at).wide(), noise[at].wide());
                 }
                 let count = members.len() as f64;
-                self.gates.accepted(group, time, &off, sum.wide() / count);
+                self.memory.gates.accepted(group, time, &off, sum.wide() / count);
                 Verdict::Accepted
             } else if let Some(reopening) =
-                self.gates.note_rejection(group, time, &off, &self.config.gate)
+                self.memory.gates.note_rejection(group, time, &off, &self.config.gate)
             {
                 if !self.config.mechanisms.previous_position {
-                    self.gates.forget_previous(group);
+                    self.memory.gates.forget_previous(group);
                 }
                 joint.settle(&mut self.covariance, &mut on_fused);
                 for axis in axes.iter().take(end).skip(members.start).flatten() {
@@ -171,7 +171,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 Verdict::Reset
             } else {
                 if self.config.mechanisms.previous_position {
-                    self.gates.doubt_start(group, &off);
+                    self.memory.gates.doubt_start(group, &off);
                 }
                 Verdict::Rejected
             };
@@ -201,9 +201,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Before a position is fused: notifies the gates if this fix first makes the position known. This is the case if
     /// the `variance` of the position is large compared to the `noise` of the fix, both in m².
     fn judge_position(&mut self, variance: f64, noise: f64) {
-        let wander_m = self.gps_wander.map_or(0.0, |[level, ..]| level.into());
+        let wander_m = self.memory.gps_wander.map_or(0.0, |[level, ..]| level.into());
         if variance > square(UNKNOWN) * square(wander_m).max(noise) {
-            self.gates.reset_position_time();
+            self.memory.gates.reset_position_time();
         }
     }
 
@@ -248,7 +248,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.covariance.add_variance(POSITION + 2, opened);
                 // If a barometer agrees with the filter, its level has the same error as the height. The variance of
                 // the level is then raised together with that of the height.
-                if let Some(level) = L::BARO.filter(|_| self.gates.agrees(Group::Baro, time)) {
+                if let Some(level) = L::BARO.filter(|_| self.memory.gates.agrees(Group::Baro, time))
+                {
                     self.covariance.add_variance(level, opened);
                     let cross = self.covariance.value(POSITION + 2, level).wide();
                     self.covariance.set_cross(POSITION + 2, level, cross + opened);

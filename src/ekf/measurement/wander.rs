@@ -39,12 +39,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             split(L::GPS_POSITION, model.position_wander_share, position, model.position_floor_m);
         let ([velocity_h, velocity_v], velocity_variance) =
             split(L::GPS_VELOCITY, model.velocity_wander_share, velocity, model.velocity_floor_mps);
-        let share = self.position_scatter.share();
+        let share = self.memory.position_scatter.share();
         for (variance, sigma) in position_variance.iter_mut().zip(position) {
             *variance = variance.max(share * square(sigma));
         }
         let mut wander = [position_h, position_v, velocity_h, velocity_v];
-        match self.gps_wander.map(|before| before.map(f64::from)) {
+        match self.memory.gps_wander.map(|before| before.map(f64::from)) {
             Some(before) => {
                 // For fixes that state no one-sigma, the learned size grows with rejected fixes, so it is not followed.
                 if fix.position_sigma_m.is_some() {
@@ -53,7 +53,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
             None => self.open_wanders(wander),
         }
-        self.gps_wander = Some(wander.map(|sigma| sigma as f32));
+        self.memory.gps_wander = Some(wander.map(|sigma| sigma as f32));
         GpsNoise { position_variance, velocity_variance }
     }
 

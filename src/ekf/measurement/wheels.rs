@@ -53,7 +53,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         trace: &mut impl Trace<T, N>,
     ) -> Option<Report> {
         let time = self.state.time;
-        if !(self.gates.lack_fixes(time) && wheels.is_due(time)) {
+        if !(self.memory.gates.lack_fixes(time) && wheels.is_due(time)) {
             return None;
         }
         self.relax(trace);
@@ -82,7 +82,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     fn slip(&self, wheels: &WheelWatch, across: Across) -> Slip<T> {
         let velocity = self.state.body_to_ned.inverse() * self.state.velocity_mps;
-        let [_, rate_y, rate_z] = self.angular_rate_radps.to_array();
+        let [_, rate_y, rate_z] = self.memory.angular_rate_radps.to_array();
         let [force_x, force_y] = wheels.force_mps2();
         let (across_mps, rate, force_mps2, gyro) = match across {
             Across::Right => (velocity.y(), rate_z, force_y, GYRO_BIAS + 2),

@@ -62,28 +62,28 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let integrity = &self.samples.integrity;
         let vibration = [integrity.gyro_vibration(), integrity.accel_vibration()];
         let ones = Vector::new(T::ONE, T::ONE, T::ONE);
-        let baro_variance = self.barometer.noise_variance(self.config.baro.noise_m);
+        let baro_variance = self.memory.barometer.noise_variance(self.config.baro.noise_m);
         Learned {
             vibration: vibration.map(|axes| axes.map(Scalar::wide)),
             suspicion: self.samples.suspicion.cast(),
-            excess: self.excess.factor(),
+            excess: self.memory.excess.factor(),
             rectification: self.samples.rectification.variance([1.0; 3], 1.0),
-            level_share: self.level_force.of_motion(ones).x().wide(),
-            gps_size: self.gps_learned,
-            position_scatter: self.position_scatter.share(),
-            gps_wander: self.gps_wander,
-            heading_wander: self.heading_wander,
+            level_share: self.memory.level_force.of_motion(ones).x().wide(),
+            gps_size: self.memory.gps_learned,
+            position_scatter: self.memory.position_scatter.share(),
+            gps_wander: self.memory.gps_wander,
+            heading_wander: self.memory.heading_wander,
             antenna: (
-                self.antenna.offset_m().cast().to_array(),
-                self.antenna.velocity_variance(1.0),
+                self.memory.antenna.offset_m().cast().to_array(),
+                self.memory.antenna.velocity_variance(1.0),
             ),
             // With zero noise and an interval of two seconds, the excess equals the swing.
-            attitude_swing: self.attitude_watch.excess(0.0, 2.0),
-            attitude_used: self.heading.used,
-            attitude_lost: self.attitude_lost,
-            baro: (self.barometer.level_m(), baro_variance),
-            ground_height_m: self.ground.height_m,
-            antenna_heading_used: self.antenna_heading.used,
+            attitude_swing: self.memory.attitude_watch.excess(0.0, 2.0),
+            attitude_used: self.memory.heading.used,
+            attitude_lost: self.memory.attitude_lost,
+            baro: (self.memory.barometer.level_m(), baro_variance),
+            ground_height_m: self.memory.ground.height_m,
+            antenna_heading_used: self.memory.antenna_heading.used,
             resting_rate_radps: self
                 .samples
                 .resting_rate_radps

@@ -164,7 +164,7 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
         self.samples.push(Sample {
             state: filter.state,
             parameters: filter.parameters,
-            angular_rate_radps: filter.angular_rate_radps,
+            angular_rate_radps: filter.memory.angular_rate_radps,
             ambiguity_m: filter.ambiguity_m(),
         });
         for state in 0..BASE {
@@ -324,7 +324,7 @@ impl<const N: usize> Adjoint<N> {
         let [x, y, z] = [0, 1, 2].map(|axis| correction[GYRO_BIAS + axis]);
         filter.state = sample.state;
         filter.parameters = sample.parameters;
-        filter.angular_rate_radps = sample.angular_rate_radps - Vector::new(x, y, z);
+        filter.memory.angular_rate_radps = sample.angular_rate_radps - Vector::new(x, y, z);
         filter.covariance = Covariance::from_rows(covariance);
         filter.correct(&correction);
         // A smoothed solution is past, so no controller needs its heading revision.

@@ -138,7 +138,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(in crate::ekf) fn unambiguous_solution(&self) -> Solution<T> {
         let lever_arm = self.mounting.solution_from_imu().cast::<T>();
         let (state, errors) = (&self.state, self.imu_errors());
-        let rate_radps = self.angular_rate_radps;
+        let rate_radps = self.memory.angular_rate_radps;
         let [position, velocity, attitude] = self.solution_terms(&lever_arm);
         let [position, velocity, attitude] =
             [self.sigmas(&position), self.sigmas(&velocity), self.sigmas(&attitude)];
@@ -148,7 +148,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             velocity_mps: lever_arm.velocity(state.velocity_mps, state.body_to_ned, rate_radps),
             body_to_ned: state.body_to_ned,
             angular_rate_radps: rate_radps,
-            heading_revision_rad: self.heading_revision.total_rad,
+            heading_revision_rad: self.memory.heading_revision.total_rad,
             position_sigma_m: position.into(),
             velocity_sigma_mps: velocity.into(),
             attitude_sigma_rad: attitude.map(|sigma| sigma.min(T::of(core::f64::consts::PI))),
@@ -180,7 +180,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let turned = |vector: Vector<Body, T>| (self.state.body_to_ned * vector).to_array();
         [
             point_terms(POSITION, turned(point.0)),
-            point_terms(VELOCITY, turned(point.relative_velocity(self.angular_rate_radps))),
+            point_terms(VELOCITY, turned(point.relative_velocity(self.memory.angular_rate_radps))),
             euler_terms(self.state.body_to_ned),
         ]
     }
