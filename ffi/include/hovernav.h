@@ -55,10 +55,10 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: increases with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 10
+#define HOVERNAV_ABI 11
 
 // Largest size of an object, bytes, in any build of the library. hovernav_size() gives the size in this build.
-#define HOVERNAV_SIZE 34816
+#define HOVERNAV_SIZE 35328
 
 // Largest size of an object, bytes, in a library built without heading-search.
 #define HOVERNAV_SIZE_WITHOUT_SEARCH 28672
@@ -488,6 +488,16 @@ enum {
     HOVERNAV_SETUP_FAULT_VELOCITY_EAST_REVERSED = 12,
     // A velocity in another unit than m/s.
     HOVERNAV_SETUP_FAULT_VELOCITY_SCALE = 13,
+    // A roll or pitch rate of the wrong sign, or both swapped.
+    HOVERNAV_SETUP_FAULT_GYRO_TILTS = 14,
+    // A yaw rate of the wrong sign.
+    HOVERNAV_SETUP_FAULT_GYRO_YAW = 15,
+    // Angular rates in other axes than the accelerations.
+    HOVERNAV_SETUP_FAULT_GYRO_AXES = 16,
+    // Velocities of zero while the positions move.
+    HOVERNAV_SETUP_FAULT_VELOCITY_ZERO = 17,
+    // Latitude and longitude in radians instead of degrees.
+    HOVERNAV_SETUP_FAULT_POSITION_IN_RADIANS = 18,
 };
 
 // The object with estimator, health monitor, autopilot and sensor protocols. Its content is private; its size is

@@ -36,10 +36,20 @@ pub enum SetupFault {
     VelocityEastReversed = 12,
     /// A velocity in another unit than m/s.
     VelocityScale = 13,
+    /// A roll or pitch rate of the wrong sign, or both swapped.
+    GyroTilts = 14,
+    /// A yaw rate of the wrong sign.
+    GyroYaw = 15,
+    /// Angular rates in other axes than the accelerations.
+    GyroAxes = 16,
+    /// Velocities of zero while the positions move.
+    VelocityZero = 17,
+    /// Latitude and longitude in radians instead of degrees.
+    PositionInRadians = 18,
 }
 
 impl SetupFault {
-    const ALL: [(Self, &CStr); 14] = [
+    const ALL: [(Self, &CStr); 19] = [
         (Self::Other, c"a mistake unknown to this version"),
         (Self::ForceInG, c"accelerations in g, expected m/s^2"),
         (Self::ForceInThousandthsOfG, c"accelerations in thousandths of g, expected m/s^2"),
@@ -54,6 +64,11 @@ impl SetupFault {
         (Self::VelocityNorthReversed, c"north velocity of the wrong sign"),
         (Self::VelocityEastReversed, c"east velocity of the wrong sign"),
         (Self::VelocityScale, c"velocity in another unit, expected m/s"),
+        (Self::GyroTilts, c"roll or pitch rate of the wrong sign, or both swapped"),
+        (Self::GyroYaw, c"yaw rate of the wrong sign"),
+        (Self::GyroAxes, c"angular rates in other axes than the accelerations"),
+        (Self::VelocityZero, c"velocity not measured: zero while positions move"),
+        (Self::PositionInRadians, c"latitude and longitude in rad, expected deg"),
     ];
 
     /// The code of the fault, and the number in its notice.
@@ -81,6 +96,13 @@ impl SetupFault {
             CoreSetupFault::VelocityScale { unit_mps } => {
                 (Self::VelocityScale, f64::from(unit_mps))
             }
+            CoreSetupFault::GyroSigns { tilts: true, yaw: false } => (Self::GyroTilts, 0.0),
+            CoreSetupFault::GyroSigns { tilts: false, .. } => (Self::GyroYaw, 0.0),
+            CoreSetupFault::GyroSigns { tilts: true, yaw: true } => (Self::GyroAxes, 0.0),
+            CoreSetupFault::VelocityZero { speed_mps } => {
+                (Self::VelocityZero, f64::from(speed_mps))
+            }
+            CoreSetupFault::PositionInRadians => (Self::PositionInRadians, 0.0),
             _ => (Self::Other, 0.0),
         }
     }

@@ -42,7 +42,7 @@ impl<From, To, T: Scalar> Rotation<From, To, T> {
     /// The rotation between frames that coincide.
     pub const IDENTITY: Self = Self::of_array([T::ZERO, T::ZERO, T::ZERO, T::ONE]);
 
-    pub(super) const fn of_array(quaternion: [T; 4]) -> Self {
+    pub(crate) const fn of_array(quaternion: [T; 4]) -> Self {
         Self { quaternion, frames: PhantomData }
     }
 

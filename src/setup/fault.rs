@@ -27,6 +27,14 @@ pub enum SetupFault {
         /// Turn of gravity in body axes in half a second, rms, rad.
         seen_rad: f32,
     },
+    /// The gyros report turns to the wrong side: with the assumed signs the specific force explains the changes of the
+    /// fixes' velocity, without them it does not.
+    GyroSigns {
+        /// Whether a roll or pitch rate has the wrong sign, or roll and pitch rate are swapped.
+        tilts: bool,
+        /// Whether the yaw rate has the wrong sign.
+        yaw: bool,
+    },
     /// The vertical velocity is positive up: the fixes' heights change with the opposite sign of the reported down
     /// velocity.
     VelocityUp,
@@ -42,6 +50,13 @@ pub enum SetupFault {
         /// Size of the velocity's unit, m/s: 0.514 of knots, 0.278 of km/h, 0.01 of cm/s.
         unit_mps: f32,
     },
+    /// All velocities are zero, and the positions move.
+    VelocityZero {
+        /// Speed of the positions, m/s rms.
+        speed_mps: f32,
+    },
+    /// Latitude and longitude are in radians instead of degrees.
+    PositionInRadians,
 }
 
 /// Likely cause of a mean specific force far from gravity.
@@ -102,7 +117,7 @@ impl fmt::Display for ForceScale {
 }
 
 impl SetupFault {
-    /// Whether the fault concerns the receiver's velocity; otherwise it concerns the inertial unit.
+    /// Whether the fault concerns the receiver; otherwise it concerns the inertial unit.
     #[must_use]
     pub const fn is_of_receiver(&self) -> bool {
         matches!(
@@ -111,6 +126,8 @@ impl SetupFault {
                 | Self::VelocitySwapped
                 | Self::VelocityReversed { .. }
                 | Self::VelocityScale { .. }
+                | Self::VelocityZero { .. }
+                | Self::PositionInRadians
         )
     }
 }
@@ -132,6 +149,15 @@ impl fmt::Display for SetupFault {
                 "the gyros report tilts of {reported_rad:.1} rad in 0.5 s while gravity turns by {seen_rad:.2} rad: rates in \
                  °/s, expected rad/s"
             ),
+            Self::GyroSigns { tilts, yaw } => f.write_str(match (tilts, yaw) {
+                (true, true) => {
+                    "the gyros turn to the wrong side: axes other than those of the accelerometers"
+                }
+                (_, false) => {
+                    "the gyros tilt to the wrong side: x or y of the wrong sign, or x and y swapped"
+                }
+                (false, true) => "the gyros turn to the wrong side: z of the wrong sign",
+            }),
             Self::VelocityUp => f.write_str(
                 "heights fall at the vertical velocity: positive up, expected positive down",
             ),
@@ -148,6 +174,13 @@ impl fmt::Display for SetupFault {
                 "positions move {unit_mps:.3} times as fast as the velocity: velocity in a unit of {unit_mps:.3} m/s, \
                  expected m/s"
             ),
+            Self::VelocityZero { speed_mps } => write!(
+                f,
+                "velocities of zero while positions move at {speed_mps:.1} m/s: velocity not measured"
+            ),
+            Self::PositionInRadians => {
+                f.write_str("latitude and longitude in radians, expected degrees")
+            }
         }
     }
 }

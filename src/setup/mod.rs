@@ -1,11 +1,12 @@
 //! Set-up of the sensors: likely mistakes in units, signs and axes, from the first samples and fixes.
 //!
 //! The filter cannot detect these mistakes itself: with axes forward, left, up, for example, it estimates an inverted
-//! vehicle with a small one-sigma. Three references need no filter: gravity, the turns of gravity in body axes, and the
-//! change of the receiver's position.
+//! vehicle with a small one-sigma. Four references need no filter: gravity, the turns of gravity in body axes, the change
+//! of the receiver's position, and the change of its velocity.
 
 mod fault;
 mod force;
+mod gyro_signs;
 mod turning;
 mod velocity;
 
@@ -18,6 +19,7 @@ use crate::gps::Fix;
 use crate::imu::{ImuSample, MeanRates, Motion};
 use crate::time::Time;
 use force::MeanForce;
+use gyro_signs::GyroSigns;
 use turning::GravityTurn;
 use velocity::FixMotion;
 
@@ -60,6 +62,7 @@ pub struct SetupCheck {
     parts: u16,
     force: MeanForce,
     turning: GravityTurn,
+    signs: GyroSigns,
     fixes: FixMotion,
 }
 
@@ -76,12 +79,14 @@ impl SetupCheck {
         parts: 0,
         force: MeanForce::NONE,
         turning: GravityTurn::NONE,
+        signs: GyroSigns::NONE,
         fixes: FixMotion::NONE,
     };
 
     /// Processes the next event. Returns each fault once, when it is certain. The check of the specific force takes 10
-    /// s and that of the gyros up to 10 min. The check of the fixes takes at least 80 s of motion. An averaging
-    /// interval with a value that is not finite is skipped.
+    /// s and that of the gyros up to 10 min. The check of the fixes takes at least 80 s of motion. The signs of the gyros
+    /// are checked against fixes with a velocity that has proven right. An averaging interval with a value that is not
+    /// finite is skipped.
     pub fn push(&mut self, event: &Event) -> Option<SetupFault> {
         match event {
             Event::Imu(sample) => self.push_sample(sample),
@@ -96,11 +101,17 @@ impl SetupCheck {
         }
         let mean = self.part.push(sample)?;
         self.parts += 1;
+        self.signs.push(sample.time, &mean);
         self.force.push(mean.specific_force_mps2).or_else(|| self.turning.push(&mean))
     }
 
     fn push_fix(&mut self, fix: &Fix) -> Option<SetupFault> {
-        if fix.is_finite() { self.fixes.push(fix) } else { None }
+        if !fix.is_finite() {
+            return None;
+        }
+        let fault = self.fixes.push(fix);
+        // A wrong velocity looks like wrong gyros.
+        if self.fixes.is_sound() { fault.or_else(|| self.signs.push_fix(fix)) } else { fault }
     }
 }
 

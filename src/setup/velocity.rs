@@ -3,6 +3,7 @@
 use super::SetupFault;
 use crate::earth::Geodetic;
 use crate::gps::Fix;
+use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Length of a comparison interval, s: time over which displacement and velocity are compared.
@@ -17,6 +18,9 @@ const MAX_PARTS: f32 = 60.0;
 const MIN_MPS: f32 = 0.5;
 /// Smallest fraction of the sum of squared horizontal displacement rates that the velocity must explain.
 const EXPLAINED: f32 = 0.8;
+/// Smallest speed of positions, m/s rms, at which velocities of zero are wrong: errors of 4 m at both ends of a
+/// comparison interval.
+const UNREPORTED_MPS: f32 = 2.0;
 /// Smallest number of comparison intervals for a result on the down axis. Heights scatter by metres, so more intervals
 /// must agree on the sign.
 const MIN_DOWN_PARTS: f32 = 40.0;
@@ -68,10 +72,18 @@ pub(super) struct FixMotion {
     /// Sums of the horizontal axes; `None` after the result.
     level: Option<Level>,
     down: Option<Down>,
+    /// Whether the horizontal velocity explains the displacements.
+    is_sound: bool,
 }
 
 impl FixMotion {
-    pub const NONE: Self = Self { part: None, level: Some(Level::NONE), down: Some(Down::NONE) };
+    pub const NONE: Self =
+        Self { part: None, level: Some(Level::NONE), down: Some(Down::NONE), is_sound: false };
+
+    /// Whether the horizontal velocity has proven right.
+    pub const fn is_sound(&self) -> bool {
+        self.is_sound
+    }
 
     /// Adds a fix. Returns each fault once.
     pub fn push(&mut self, fix: &Fix) -> Option<SetupFault> {
@@ -112,7 +124,9 @@ impl FixMotion {
         let [north, east, fallen] = fix.position.displacement_from(&ended.start.1).to_array();
         let [north, east, fallen] = [north, east, fallen].map(|moved| share * moved as f32);
         let reported = ended.along_m.map(|along| share * along);
-        let level = Level::judge(&mut self.level, reported, [north, east]);
+        let was_open = self.level.is_some();
+        let level = Level::judge(&mut self.level, reported, [north, east], &fix.position);
+        self.is_sound |= was_open && self.level.is_none() && level.is_none();
         let down = ended.down_m.map(|along| share * along);
         level.or_else(|| Down::judge(&mut self.down, down?, fallen))
     }
@@ -138,13 +152,23 @@ impl Level {
 
     /// Adds a comparison interval to `sums`, and evaluates them. Returns a certain fault. A certain result, faulty or
     /// correct, removes the sums.
-    fn judge(sums: &mut Option<Self>, reported: [f32; 2], moved: [f32; 2]) -> Option<SetupFault> {
+    fn judge(
+        sums: &mut Option<Self>,
+        reported: [f32; 2],
+        moved: [f32; 2],
+        position: &Geodetic,
+    ) -> Option<SetupFault> {
         let level = sums.as_mut()?;
         level.add(reported, moved);
         if level.count < MIN_PARTS {
             return None;
         }
-        match level.fit().map_or(Verdict::Unclear, Verdict::of) {
+        let verdict = match (level.moves_unreported(), level.fit()) {
+            (Some(speed_mps), _) => Verdict::Wrong(SetupFault::VelocityZero { speed_mps }),
+            (None, Some(fit)) => Verdict::of(fit, position),
+            (None, None) => Verdict::Unclear,
+        };
+        match verdict {
             Verdict::Wrong(fault) => {
                 *sums = None;
                 return Some(fault);
@@ -162,6 +186,14 @@ impl Level {
         self.reported = [nn + vn * vn, ne + vn * ve, ee + ve * ve];
         self.both = [a + vn * mn, b + vn * me, c + ve * mn, d + ve * me];
         self.moved = [n + mn * mn, e + me * me];
+    }
+
+    /// Mean speed of the displacements, m/s rms, if every velocity is zero and they move faster than errors of
+    /// positions.
+    fn moves_unreported(&self) -> Option<f32> {
+        let ([nn, _, ee], [north, east]) = (self.reported, self.moved);
+        let speed_mps = libm::sqrtf((north + east) / self.count);
+        (nn + ee == 0.0 && speed_mps > UNREPORTED_MPS).then_some(speed_mps)
     }
 
     /// Rows of the least-squares matrix from velocity to displacement rate. `None` without independent motion on both
@@ -197,8 +229,8 @@ enum Verdict {
 }
 
 impl Verdict {
-    /// Evaluates the matrix from velocity to displacement rate, given row by row.
-    fn of([[nn, ne], [en, ee]]: [[f32; 2]; 2]) -> Self {
+    /// Evaluates the matrix from velocity to displacement rate, given row by row, of fixes near `position`.
+    fn of([[nn, ne], [en, ee]]: [[f32; 2]; 2], position: &Geodetic) -> Self {
         let sizes = [nn, ne, en, ee].map(libm::fabsf);
         let largest = sizes.into_iter().fold(0.0, f32::max);
         let is_small = |scale: f32| libm::fabsf(scale) < 0.4 * largest;
@@ -217,6 +249,16 @@ impl Verdict {
         }
         if SOUND.contains(&nn) && SOUND.contains(&ee) {
             return Self::Sound;
+        }
+        // Radians that are taken for degrees shrink all distances. At the place near the equator that they seem to
+        // give, a radian of longitude is longer than at the true latitude.
+        let (to_rad, latitude_rad) = (1f64.to_radians(), position.latitude_deg());
+        let is_radian = |found: f32, scale: f64| ALIKE.contains(&(found / scale as f32));
+        if is_radian(nn, to_rad)
+            && is_radian(ee, to_rad / latitude_rad.sincos().1)
+            && libm::fabs(latitude_rad) < 1.5
+        {
+            return Self::Wrong(SetupFault::PositionInRadians);
         }
         let unit_mps = libm::sqrtf(nn * ee);
         if ALIKE.contains(&(nn / ee)) && !SOUND.contains(&unit_mps) {

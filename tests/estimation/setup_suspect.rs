@@ -166,3 +166,44 @@ fn a_velocity_of_a_wrong_sign_order_or_unit_is_named() {
         }
     }
 }
+
+#[test]
+fn positions_in_radians_and_velocities_that_are_not_measured_are_named() {
+    for seed in 1..=3 {
+        let flight = recording(seed);
+        let only = |fix: &dyn Fn(&mut Fix)| {
+            let found = changed(&flight, |rate, force| (rate, force), fix);
+            let [(_, fault)] = found[..] else { panic!("seed {seed}: {found:?}") };
+            fault
+        };
+        let in_radians = |fix: &mut Fix| {
+            let Geodetic { latitude_rad, longitude_rad, height_m } = fix.position;
+            fix.position = Geodetic::from_degrees(latitude_rad, longitude_rad, height_m).unwrap();
+        };
+        assert_eq!(only(&in_radians), SetupFault::PositionInRadians);
+        let zero = |fix: &mut Fix| fix.horizontal_velocity_mps = Some([0.0; 2]);
+        let fault = only(&zero);
+        assert!(matches!(fault, SetupFault::VelocityZero { .. }), "{fault:?}");
+    }
+}
+
+#[test]
+fn gyros_of_a_wrong_sign_or_order_are_named() {
+    type Change = fn([f64; 3]) -> [f64; 3];
+    let changes: [(Change, bool, bool); 5] = [
+        (|[x, y, z]| [-x, y, z], true, false),
+        (|[x, y, z]| [x, -y, z], true, false),
+        (|[x, y, z]| [y, x, z], true, false),
+        (|[x, y, z]| [x, y, -z], false, true),
+        (|[x, y, z]| [x, -y, -z], true, true),
+    ];
+    for seed in 1..=3 {
+        let flight = recording(seed);
+        for (change, tilts, yaw) in changes {
+            let found = changed(&flight, |rate, force| (change(rate), force), |_| ());
+            let is_named =
+                matches!(found[..], [(_, fault)] if fault == SetupFault::GyroSigns { tilts, yaw });
+            assert!(is_named, "seed {seed}, {:?}: {found:?}", change([1.0, 2.0, 3.0]));
+        }
+    }
+}

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::consistency::pooled;
 use crate::level::Level;
 use hovernav_dataset::is_clock_step;
-use hovernav_findings::{Finding, Severity};
+use hovernav_findings::{Finding, FindingKind, Severity};
 
 /// Largest number of reasons in a verdict.
 const NAMED: usize = 3;
@@ -25,24 +25,28 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// The verdict on a run, by the worst of its findings and by the consistency of its `innovations`. Of
-    /// equal severity, `warnings` on steps of a clock come first, then findings by harm, then innovations in the filter's
-    /// order. Without any, the other `warnings` decide.
+    /// The verdict on a run, by the worst of its findings and by the consistency of its `innovations`. Causes come
+    /// first: `warnings` on steps of a clock, then the set-up. Effects follow, worst first: findings by harm, then
+    /// innovations in the filter's order. Without any, the other `warnings` decide.
     #[must_use]
     pub fn of_run(findings: &[Finding], warnings: &[String], innovations: &[Innovation]) -> Self {
         // A step of the clock may harm all that follows, and no finding measures the harm.
         let steps = warnings.iter().filter(|warning| is_clock_step(warning));
-        let mut reasons: Vec<(Level, String)> =
+        let mut causes: Vec<(Level, String)> =
             steps.map(|warning| (Level::Care, warning.clone())).collect();
+        let mut effects = Vec::new();
         let mut worst: Vec<&Finding> = findings.iter().filter(|one| one.is_warning()).collect();
         worst.sort_by(|a, b| a.by_harm(b));
         // Only the worst finding of each sensor and kind is named. So a cause is named next to its effect.
         let mut named = HashSet::new();
         worst.retain(|finding| named.insert((finding.sensor.name(), finding.kind.name())));
-        reasons.extend(worst.into_iter().map(|finding| {
+        for finding in worst {
             let is_error = finding.severity == Severity::Error;
-            (if is_error { Level::Bad } else { Level::Care }, finding.words.clone())
-        }));
+            let level = if is_error { Level::Bad } else { Level::Care };
+            let is_cause = finding.kind == FindingKind::SetUp;
+            let reasons = if is_cause { &mut causes } else { &mut effects };
+            reasons.push((level, finding.words.clone()));
+        }
         for (name, pooled) in pooled(innovations) {
             let (level, words) = pooled.judged();
             if level > Level::Good {
@@ -51,14 +55,16 @@ impl Verdict {
                 let words = format!(
                     "{name} innovations {words}: mean square {mean:.2}, expected {low:.2} to {high:.2}"
                 );
-                reasons.push((level, words));
+                effects.push((level, words));
             }
         }
+        effects.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
+        let mut reasons = causes;
+        reasons.extend(effects);
         if reasons.is_empty() {
             reasons.extend(warnings.iter().map(|warning| (Level::Care, warning.clone())));
         }
-        reasons.sort_by_key(|(level, _)| std::cmp::Reverse(*level));
-        let level = reasons.first().map_or(Level::Good, |(level, _)| *level);
+        let level = reasons.iter().map(|(level, _)| *level).max().unwrap_or(Level::Good);
         let words = match level {
             Level::Good => "Good: no finding against this solution.",
             Level::Care => "With care: usable, but read the findings.",
@@ -73,7 +79,10 @@ impl Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hovernav_findings::{FindingKind, Harm, Sensor};
+    use hovernav::ekf::Channel;
+    use hovernav::ekf::Verdict::Accepted;
+    use hovernav::time::Time;
+    use hovernav_findings::{Harm, Sensor};
 
     fn finding(kind: FindingKind, severity: Severity, length_s: f64, words: &str) -> Finding {
         Finding::warning(Sensor::Gps, kind, (1.0, 1.0 + length_s), words).severity(severity)
@@ -109,6 +118,20 @@ mod tests {
         let step = "gps.csv: line 7: the clock goes back by 3.000 s".to_owned();
         let verdict = Verdict::of_run(&findings, &["other".into(), step.clone()], &[]);
         assert_eq!(verdict.reasons, [&step, "gyros of the wrong sign", "time offset"]);
+        // Innovations fifty times too large: an effect, although it decides the level.
+        let innovations: Vec<Innovation> = (0..200)
+            .map(|k| Innovation {
+                time: Time::from_seconds(f64::from(k)),
+                channel: Channel::VelocityNorth,
+                innovation: if k % 2 == 0 { 50.0 } else { -50.0 },
+                sigma: 1.0,
+                verdict: Accepted,
+            })
+            .collect();
+        let verdict = Verdict::of_run(&findings, &[], &innovations);
+        assert_eq!(verdict.level, Level::Bad);
+        assert_eq!(verdict.reasons[0], "gyros of the wrong sign");
+        assert!(verdict.reasons[1].contains("innovations"), "{:?}", verdict.reasons);
     }
 
     #[test]

@@ -45,10 +45,10 @@ use phase::{Level, Phase};
 ///
 /// | estimator | bytes |
 /// |---|---|
-/// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 15 900 |
-/// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 20 800 |
-/// | `Estimator<Full, 28, f32>`, in single precision | at most 14 700 |
-/// | `Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>` | at most 15 000 |
+/// | `Estimator<Full, 28, f64, NoHeadingSearch>` | at most 16 200 |
+/// | `Estimator<Full, 28, f64, HeadingSearch>`, the default | at most 21 100 |
+/// | `Estimator<Full, 28, f32>`, in single precision | at most 15 000 |
+/// | `Estimator<WithoutHeightAids, 26, f64, NoHeadingSearch>` | at most 15 300 |
 ///
 /// and its calls at most 8 kB of stack.
 ///
