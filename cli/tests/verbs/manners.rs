@@ -1,6 +1,7 @@
 //! The command in pipes and scripts, and with wrong input.
 
 use std::fs;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use approx::assert_abs_diff_eq;
@@ -76,6 +77,26 @@ fn the_json_of_info_has_what_its_text_shows() {
     assert_eq!(info["gps"]["antenna_lever_arm_m"][0], -0.35);
     assert_abs_diff_eq!(number(&info["gps"]["extent_m"][0][1]), 84.6, epsilon = 0.05);
     assert!(info["missing"].is_array() && info["setup"].is_array() && info["findings"].is_array());
+}
+
+#[test]
+fn info_states_no_speed_of_a_receiver_without_velocities() {
+    let dir = place("no-velocities");
+    for name in ["dataset.toml", "imu.csv"] {
+        fs::copy(Path::new(HELI).join(name), dir.join(name)).expect("a copy");
+    }
+    let fixes = fs::read_to_string(Path::new(HELI).join("gps.csv")).expect("fixes");
+    let names: Vec<&str> = fixes.lines().next().expect("names").split(',').collect();
+    let kept = |line: &str| {
+        let fields = line.split(',').zip(&names).filter(|(_, name)| !name.ends_with("_mps"));
+        fields.map(|(field, _)| field).collect::<Vec<_>>().join(",") + "\n"
+    };
+    fs::write(dir.join("gps.csv"), fixes.lines().map(kept).collect::<String>()).expect("fixes");
+    let shown = succeeds(&["info", text(&dir)]);
+    assert!(shown.contains("fastest     not stated"), "{shown}");
+    let info: Value =
+        serde_json::from_str(&succeeds(&["info", text(&dir), "--json"])).expect("JSON");
+    assert!(info["gps"]["fastest_mps"].is_null(), "{info:#}");
 }
 
 #[test]

@@ -136,8 +136,8 @@ pub struct GpsContents {
     pub position_sigma_m: Option<f64>,
     /// Median of the satellites used.
     pub satellites: Option<f64>,
-    /// Greatest speed over ground, m/s.
-    pub fastest_mps: f64,
+    /// Greatest speed over ground, m/s; `None` without velocities.
+    pub fastest_mps: Option<f64>,
 }
 
 impl Contents {
@@ -263,7 +263,7 @@ impl GpsContents {
             extent_m,
             position_sigma_m: quantile(&mut sigmas, 0.5),
             satellites: quantile(&mut satellites, 0.5),
-            fastest_mps: speeds.map(|[north, east]| north.hypot(east)).fold(0.0, f64::max),
+            fastest_mps: speeds.map(|[north, east]| north.hypot(east)).reduce(f64::max),
         }
     }
 }

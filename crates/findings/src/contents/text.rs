@@ -152,7 +152,7 @@ impl GpsContents {
         writeln!(f, "\ngps quality")?;
         writeln!(f, "  one-sigma   {} (median, horizontal)", stated(self.position_sigma_m, " m"))?;
         writeln!(f, "  satellites  {} (median)", stated(self.satellites, ""))?;
-        writeln!(f, "  fastest     {:.1} m/s", self.fastest_mps)
+        writeln!(f, "  fastest     {}", stated(self.fastest_mps, " m/s"))
     }
 }
 
