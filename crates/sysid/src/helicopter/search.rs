@@ -115,7 +115,7 @@ impl Search<'_> {
         structure: &ModelStructure,
         parts: &[Found],
     ) -> Result<Identified, PredictionErrorError> {
-        let parts = parts.iter().map(|part| self.from_injected(part));
+        let parts = parts.iter().map(|part| self.with_injected(part));
         let parts = parts.collect::<Result<Vec<Identified>, _>>()?;
         if let [all] = &parts[..] {
             return Ok(all.clone());
@@ -128,7 +128,7 @@ impl Search<'_> {
     /// `part` with its parameters estimated again from the injected movement of the collective, or else from the steps of
     /// its test points. A height controller responds to gusts, and the likelihood takes part of that response for the
     /// effect of the collective.
-    fn from_injected(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
+    fn with_injected(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
         let found = &part.identified;
         if is_of(part, "collective") {
             let settings = self.settings(&part.structure);
