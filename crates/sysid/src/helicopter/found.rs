@@ -15,22 +15,36 @@ pub(super) struct Found {
     pub identified: Identified,
     /// Counterpart without a stabiliser bar, if the selected model has a bar.
     pub without_bar: Option<Identified>,
+    /// Results of the frequency domain that entered the search: index, value and one sigma of parameters.
+    pub known: Vec<(usize, f64, f64)>,
     /// See [`Identification::passed_over`](super::Identification::passed_over).
     pub passed_over: Option<Identified>,
 }
 
 impl Found {
     pub const fn alone(structure: Arc<ModelStructure>, identified: Identified) -> Self {
-        Self { structure, identified, without_bar: None, passed_over: None }
+        Self { structure, identified, without_bar: None, known: Vec::new(), passed_over: None }
     }
 
     /// Selects between the models `with` and `without` a stabiliser bar.
     pub fn of_two(structure: Arc<ModelStructure>, with: Identified, without: Identified) -> Self {
         if with.aic < without.aic - bars_price(&with, &without) {
-            Self { structure, identified: with, without_bar: Some(without), passed_over: None }
+            Self {
+                structure,
+                identified: with,
+                without_bar: Some(without),
+                known: Vec::new(),
+                passed_over: None,
+            }
         } else {
             let passed_over = Some(with).filter(|with| with.aic < without.aic);
-            Self { structure, identified: without, without_bar: None, passed_over }
+            Self {
+                structure,
+                identified: without,
+                without_bar: None,
+                known: Vec::new(),
+                passed_over,
+            }
         }
     }
 }

@@ -92,7 +92,7 @@ impl Search<'_> {
             let merged =
                 prediction_error::identify_with(identified, &known, self.stretches, &settings);
             match merged {
-                Ok(merged) => part.identified = merged,
+                Ok(merged) => (part.identified, part.known) = (merged, known),
                 Err(_) => return Vec::new(),
             }
         }

@@ -9,7 +9,8 @@ use super::found::{Found, WIDENED};
 use super::model_structure::{ModelStructure, largest_process_sigma};
 use super::velocity_error::VelocityError;
 use crate::methods::prediction_error::{
-    self, Dropping, Identified, PredictionErrorError, Settings, Status,
+    self, Again, Dropping, Identified, PredictionErrorError, Settings, Status,
+    identify_from_injected,
 };
 use crate::methods::structure::Structure;
 use crate::record::Experiment;
@@ -115,7 +116,7 @@ impl Search<'_> {
         structure: &ModelStructure,
         parts: &[Found],
     ) -> Result<Identified, PredictionErrorError> {
-        let parts = parts.iter().map(|part| self.with_injected_delay(part));
+        let parts = parts.iter().map(|part| self.with_injected(part));
         let parts = parts.collect::<Result<Vec<Identified>, _>>()?;
         if let [all] = &parts[..] {
             return Ok(all.clone());
@@ -125,20 +126,20 @@ impl Search<'_> {
         prediction_error::assemble(&equations, &parts, self.stretches, &settings)
     }
 
-    /// `part` with the collective's delay re-estimated from the injected movement, or else from the steps of its test
-    /// points. A height controller responds to gusts, and the likelihood interprets that response as a delay.
-    fn with_injected_delay(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
+    /// `part` with its parameters estimated again from the injected movement of the collective, or else its delay from the
+    /// steps of its test points. A height controller responds to gusts, and the likelihood takes part of that response for the
+    /// effect of the collective.
+    fn with_injected(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
         let found = &part.identified;
-        if !is_of(part, "collective") {
-            return Ok(found.clone());
-        }
-        let settings = self.settings(&part.structure);
-        for deliberate in [INJECTED[2], STEPPED[2]] {
-            let signals = ("collective", deliberate);
-            let told =
-                prediction_error::delay_from_injected(found, signals, self.stretches, &settings)?;
-            if let Some(told) = told {
-                return Ok(told);
+        if is_of(part, "collective") {
+            let settings = self.settings(&part.structure);
+            // Without a record of the injected movement, the steps have gusts in them. They tell the delay alone.
+            for injected in [(INJECTED[2], Again::All), (STEPPED[2], Again::Delays)] {
+                let (known, stretches) = (&part.known, self.stretches);
+                let solved = identify_from_injected(found, injected, known, stretches, &settings)?;
+                if let Some(solved) = solved {
+                    return Ok(solved);
+                }
             }
         }
         Ok(found.clone())

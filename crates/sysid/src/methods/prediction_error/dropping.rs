@@ -303,10 +303,10 @@ fn finish(
 }
 
 /// Final cost and iterations of the searches.
-struct Ended {
-    cost: f64,
-    iterations: usize,
-    converged: bool,
+pub(super) struct Ended {
+    pub cost: f64,
+    pub iterations: usize,
+    pub converged: bool,
 }
 
 /// Result of [`assemble`](super::assemble) for the parts: `problem` contains their values and has no free parameters.
@@ -333,7 +333,7 @@ pub(super) fn assembled(
     Ok(found)
 }
 
-fn described(
+pub(super) fn described(
     problem: &Problem<'_>,
     theta: &[f64],
     estimates: Estimates,

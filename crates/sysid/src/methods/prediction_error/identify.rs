@@ -84,16 +84,22 @@ pub fn identify_with(
     experiments: &[Experiment],
     settings: &Settings,
 ) -> Result<Identified, PredictionErrorError> {
-    let mut moved = found.clone();
-    for &(place, value, sigma) in known {
+    let mut moved = Identified { structure: with_known(&found.structure, known), ..found.clone() };
+    for &(place, value, _) in known {
         moved.theta[place] = value;
-        moved.structure.parameters[place].prior = Some((value, sigma));
     }
     let mut found_with = identify_on(&moved, experiments, settings)?;
-    for &(place, ..) in known {
-        found_with.structure.parameters[place].prior = found.structure.parameters[place].prior;
-    }
+    found_with.structure.clone_from(&found.structure);
     Ok(found_with)
+}
+
+/// `structure` with the results `known` in place of the priors of these parameters.
+pub(super) fn with_known(structure: &Structure, known: &[(usize, f64, f64)]) -> Structure {
+    let mut structure = structure.clone();
+    for &(place, value, sigma) in known {
+        structure.parameters[place].prior = Some((value, sigma));
+    }
+    structure
 }
 
 pub(super) fn records(

@@ -41,6 +41,6 @@ pub use estimates::{Estimate, Estimates, Status};
 pub use fit::{ChannelFit, Fit, Run};
 pub use identified::{Identified, OwnValues};
 pub use identify::{assemble, identify, identify_from, identify_on, identify_with};
-pub use instrument::delay_from_injected;
+pub use instrument::{Again, identify_from_injected};
 pub(crate) use late_input::LateInput;
 pub use settings::{Dropping, Form, Settings};

@@ -69,6 +69,9 @@ pub(super) fn colored_covariance(
     Some(white * middle * white)
 }
 
+/// Largest factor by which information is overstated; beyond it the flight contains no information.
+pub(super) const MAX_OVERCONFIDENCE: f64 = 100.0;
+
 /// Factor by which the information on each free parameter is overstated, at least 1. It is the variance of the cost's
 /// gradient, correlated over `lags` samples, over the information.
 pub(super) fn overconfidence(
@@ -78,15 +81,13 @@ pub(super) fn overconfidence(
     passed: &Passed,
     lags: usize,
 ) -> Option<Vec<f64>> {
-    /// Largest factor; beyond it the flight contains no information.
-    const MAX: f64 = 100.0;
     let middle = scatter_of_gradients(problem, forced, passed, lags)?;
     let mut information = at.information.diagonal();
     for (place, _, sigma, weight) in problem.priors() {
         information[place] -= weight / (sigma * sigma);
     }
     let ratio = |place: usize| middle[(place, place)] / information[place].max(f64::MIN_POSITIVE);
-    Some((0..information.len()).map(|place| ratio(place).clamp(1.0, MAX)).collect())
+    Some((0..information.len()).map(|place| ratio(place).clamp(1.0, MAX_OVERCONFIDENCE)).collect())
 }
 
 /// Σₖₗ wₗ gₖ gₖ₊ₗᵀ.
@@ -124,17 +125,26 @@ pub(super) fn correlated_scatter(columns: &DMatrix<f64>, lags: usize) -> DMatrix
 /// Contribution of each sample to the cost's gradient, parameters × samples.
 fn gradients(problem: &Problem<'_>, normal: &Normal, forced: &Forced) -> Option<DMatrix<f64>> {
     let (count, p) = (problem.free.len(), problem.structure.outputs.len());
-    let rows = projected(normal, count)?;
-    let length = normal.whitened.len() / p;
-    let mut shares = DMatrix::zeros(count, length);
+    let errors = DVector::from_column_slice(&normal.whitened);
+    let mut shares = shares(&projected(normal, count)?, &errors, p);
     for (sample, mut share) in shares.column_iter_mut().enumerate() {
-        let error = DVector::from_column_slice(&normal.whitened[sample * p..(sample + 1) * p]);
-        share.gemv(1.0, &rows.columns(sample * p, p), &error, 0.0);
+        let error = errors.rows(sample * p, p);
         for (parameter, spread) in forced.spreads.iter().enumerate() {
-            share[parameter] += 0.5 * (spread.trace() - error.dot(&(spread * &error)));
+            share[parameter] += 0.5 * (spread.trace() - error.dot(&(spread * error)));
         }
     }
     Some(shares)
+}
+
+/// Product of `rows`, parameters × (samples · outputs), and `errors` of each sample, parameters × samples.
+pub(super) fn shares(rows: &DMatrix<f64>, errors: &DVector<f64>, outputs: usize) -> DMatrix<f64> {
+    let mut shares = DMatrix::zeros(rows.nrows(), errors.len() / outputs);
+    for (sample, mut share) in shares.column_iter_mut().enumerate() {
+        let (rows, error) =
+            (rows.columns(sample * outputs, outputs), errors.rows(sample * outputs, outputs));
+        share.gemv(1.0, &rows, &error, 0.0);
+    }
+    shares
 }
 
 /// Sensitivities to the parameters, parameters × (samples · outputs). The part that the record's unknown initial state,
