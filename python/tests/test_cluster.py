@@ -24,7 +24,7 @@ def two_nodes() -> Iterator[Any]:
     from ray.cluster_utils import Cluster
 
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
-    # Workers import `deadly`.
+    # Workers import `workers`.
     paths = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
     small = {"num_cpus": 1, "object_store_memory": 100_000_000}
@@ -34,15 +34,6 @@ def two_nodes() -> Iterator[Any]:
     yield cluster
     ray.shutdown()
     cluster.shutdown()
-
-
-def is_busy(node: Any) -> bool:
-    """Whether a worker of this node runs a part."""
-    import psutil
-
-    raylet = psutil.Process(node.all_processes["raylet"][0].process.pid)
-    titles = [" ".join(worker.cmdline()) for worker in raylet.children(recursive=True)]
-    return any("_call" in title for title in titles)
 
 
 def partitions(out: Path) -> Dict[str, bytes]:
@@ -184,19 +175,31 @@ def test_settings_of_a_fleet_are_those_of_estimate(tmp_path: Path) -> None:
 
 
 def test_a_killed_node_loses_nothing_and_changes_no_bit(
-    two_nodes: Any, tmp_path: Path, model: hn.Model, autopilot: hn.Autopilot
+    two_nodes: Any,
+    tmp_path: Path,
+    model: hn.Model,
+    autopilot: hn.Autopilot,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    from workers import Held
+
+    from hovernav.cluster._campaign import _Fly
+
     options: Dict[str, Any] = {"flights": 600, "duration_s": 30.0, "shard_flights": 50}
     alone = hn.cluster.campaign(
         model, autopilot, out=tmp_path / "alone", engine="local", **options
     )
     (second,) = [node for node in two_nodes.list_all_nodes() if node != two_nodes.head_node]
 
+    def held(pickled: bytes, options: Dict[str, Any]) -> Held:
+        return Held(_Fly(pickled, options), second.node_id, tmp_path / "begun")
+
     def kill(done: int, total: int) -> None:
-        # A node without a running part has nothing to lose; the first worker of a node takes seconds to start.
-        if second in two_nodes.list_all_nodes() and is_busy(second):
+        # The first shard to finish is of the other node. A shard has begun on this one, which never ends it.
+        if done == 1:
             two_nodes.remove_node(second, allow_graceful=False)
 
+    monkeypatch.setattr("hovernav.cluster._campaign._Fly", held)
     run = hn.cluster.campaign(
         model, autopilot, out=tmp_path / "ray", engine="ray", progress=kill, **options
     )
@@ -210,7 +213,7 @@ def test_a_log_that_kills_its_workers_costs_no_other(
     two_nodes: Any, tmp_path: Path
 ) -> None:
     # A worker that meets this log ends, as by the kernel for lack of memory.
-    from deadly import DeadlyFleet
+    from workers import DeadlyFleet
 
     from hovernav.cluster._run import run
 

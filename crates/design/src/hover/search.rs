@@ -264,9 +264,9 @@ fn in_flight(
         if let Some(back_s) = back_with_stops_s(design, model, &gains, &response)? {
             short += 4.0 * (back_s / wanted.settled_s[0] - 1.0).clamp(0.0, 5.0);
         }
-    }
-    if short >= least {
-        return Ok(short);
+        if short >= least {
+            return Ok(short);
+        }
     }
     for mode in [FlightMode::Velocity, FlightMode::Position] {
         for own in models {
