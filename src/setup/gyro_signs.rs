@@ -16,8 +16,8 @@ use crate::gps::Fix;
 use crate::imu::MeanRates;
 use crate::time::Time;
 
-/// Assumed wrong signs: of the tilts (the roll rate stands for both), and of the yaw rate. The first is the set-up as
-/// given.
+/// Assumed wrong signs of the roll rate, which gives the same mirror image as the pitch rate, and of the yaw rate. The
+/// first is the set-up as given.
 const ASSUMED: [[bool; 2]; 4] = [[false, false], [true, false], [false, true], [true, true]];
 /// Longest averaging interval, s; after a longer one the frames are unknown.
 const LONGEST_PART_S: f32 = 0.8;
@@ -113,8 +113,7 @@ impl Carried {
 
     /// Coherence, 0 to 1, with changes of acceleration whose squares have the sum `size`.
     fn coherence(&self, size: f32) -> f32 {
-        let [real, imaginary] = self.product;
-        (real * real + imaginary * imaginary) / (size * self.size).max(f32::MIN_POSITIVE)
+        squared(self.product) / (size * self.size).max(f32::MIN_POSITIVE)
     }
 }
 

@@ -250,8 +250,8 @@ impl Verdict {
         if SOUND.contains(&nn) && SOUND.contains(&ee) {
             return Self::Sound;
         }
-        // Radians that are taken for degrees shrink all distances. At the place near the equator that they seem to
-        // give, a radian of longitude is longer than at the true latitude.
+        // Radians in place of degrees shrink all distances, and move the position near the equator. A radian of
+        // longitude is longer there than at the true latitude.
         let (to_rad, latitude_rad) = (1f64.to_radians(), position.latitude_deg());
         let is_radian = |found: f32, scale: f64| ALIKE.contains(&(found / scale as f32));
         if is_radian(nn, to_rad)

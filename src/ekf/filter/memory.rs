@@ -1,4 +1,4 @@
-//! What the filter remembers of its samples and readings, next to state and covariance.
+//! Memory of the filter: samples and readings, next to state and covariance.
 
 use crate::ekf::gate::Gates;
 use crate::ekf::kernel::motion_sum::MotionSum;

@@ -29,22 +29,10 @@ impl Found {
     /// Selects between the models `with` and `without` a stabiliser bar.
     pub fn of_two(structure: Arc<ModelStructure>, with: Identified, without: Identified) -> Self {
         if with.aic < without.aic - bars_price(&with, &without) {
-            Self {
-                structure,
-                identified: with,
-                without_bar: Some(without),
-                known: Vec::new(),
-                passed_over: None,
-            }
+            Self { without_bar: Some(without), ..Self::alone(structure, with) }
         } else {
             let passed_over = Some(with).filter(|with| with.aic < without.aic);
-            Self {
-                structure,
-                identified: without,
-                without_bar: None,
-                known: Vec::new(),
-                passed_over,
-            }
+            Self { passed_over, ..Self::alone(structure, without) }
         }
     }
 }

@@ -9,7 +9,7 @@ use super::found::{Found, WIDENED};
 use super::model_structure::{ModelStructure, largest_process_sigma};
 use super::velocity_error::VelocityError;
 use crate::methods::prediction_error::{
-    self, Again, Dropping, Identified, PredictionErrorError, Settings, Status,
+    self, Dropping, Identified, PredictionErrorError, Settings, Status, delay_from_injected,
     identify_from_injected,
 };
 use crate::methods::structure::Structure;
@@ -126,20 +126,21 @@ impl Search<'_> {
         prediction_error::assemble(&equations, &parts, self.stretches, &settings)
     }
 
-    /// `part` with its parameters estimated again from the injected movement of the collective, or else its delay from the
-    /// steps of its test points. A height controller responds to gusts, and the likelihood takes part of that response for the
-    /// effect of the collective.
+    /// `part` with its parameters estimated again from the injected movement of the collective, or else its delay from
+    /// the steps of its test points. A height controller responds to gusts, and the likelihood takes part of that response
+    /// for the effect of the collective.
     fn with_injected(&self, part: &Found) -> Result<Identified, PredictionErrorError> {
-        let found = &part.identified;
+        let (found, stretches) = (&part.identified, self.stretches);
         if is_of(part, "collective") {
             let settings = self.settings(&part.structure);
-            // Without a record of the injected movement, the steps have gusts in them. They tell the delay alone.
-            for injected in [(INJECTED[2], Again::All), (STEPPED[2], Again::Delays)] {
-                let (known, stretches) = (&part.known, self.stretches);
-                let solved = identify_from_injected(found, injected, known, stretches, &settings)?;
-                if let Some(solved) = solved {
-                    return Ok(solved);
-                }
+            let known = &part.known;
+            let all = identify_from_injected(found, INJECTED[2], known, stretches, &settings)?;
+            if let Some(all) = all {
+                return Ok(all);
+            }
+            let steps = ("collective", STEPPED[2]);
+            if let Some(delayed) = delay_from_injected(found, steps, stretches, &settings)? {
+                return Ok(delayed);
             }
         }
         Ok(found.clone())

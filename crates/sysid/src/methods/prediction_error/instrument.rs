@@ -36,26 +36,18 @@ const EARLIER: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 /// Step of every parameter, in units of its bound, below which the search ends.
 const SMALL: f64 = 0.02;
 
-/// Parameters that [`identify_from_injected`] estimates again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Again {
-    /// All parameters of the structure.
-    All,
-    /// The delays of its inputs.
-    Delays,
-}
-
-/// `found` with the parameters `again` of its structure estimated again, from the response to the signal `injected`. This
-/// is an input of the experiments, not of the structure. The noises keep their values. Results `known` of another method enter
+/// `found` with the parameters of its structure estimated again, from the response to the signal `injected`. This is an
+/// input of the experiments, not of the structure. The noises keep their values. Results `known` of another method enter
 /// as in [`identify_with`](super::identify_with). `None` where nothing was injected, or where no search converged.
-/// Of several searches, from delays a sample apart, the result counts after which the innovations contain least of the
-/// response to the injected signal.
+///
+/// The search starts at several delays, a sample apart. The result counts after which the innovations contain least of
+/// the response to the injected signal.
 ///
 /// # Errors
 /// See [`PredictionErrorError`].
 pub fn identify_from_injected(
     found: &Identified,
-    (injected, again): (&str, Again),
+    injected: &str,
     known: &[(usize, f64, f64)],
     experiments: &[Experiment],
     settings: &Settings,
@@ -66,14 +58,8 @@ pub fn identify_from_injected(
     let (flown, responses) = (records(structure, experiments)?, records(structure, &explained)?);
     let mut flown = problem(structure, &flown, experiments, settings)?;
     let mut responses = problem(structure, &responses, &explained, settings)?;
-    let is_again = |index: &usize| match again {
-        Again::All => *index < structure.parameters.len(),
-        Again::Delays => structure.delays.contains(&Some(*index)),
-    };
-    let free: Vec<usize> = found.estimates.free.iter().copied().filter(is_again).collect();
-    if free.is_empty() {
-        return Ok(None);
-    }
+    let own = found.estimates.free.iter().copied();
+    let free: Vec<usize> = own.filter(|&index| index < structure.parameters.len()).collect();
     let lags = (settings.residual_correlation_s / flown.period_s).round() as usize;
     let mut best: Option<Solved> = None;
     for earlier in EARLIER {
@@ -259,7 +245,7 @@ impl Solved {
     ) -> Result<Identified, PredictionErrorError> {
         let mut estimates = found.estimates.clone();
         let places: Vec<usize> = (0..estimates.free.len())
-            .filter(|&place| flown.free.contains(&estimates.free[place]))
+            .filter(|&place| estimates.free[place] < flown.structure.parameters.len())
             .collect();
         let matrices = [
             (&mut estimates.covariance, &self.covariance),
@@ -300,16 +286,16 @@ impl Solved {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::methods::prediction_error::identify;
     use crate::methods::structure::{Parameter, Structure};
 
-    const PERIOD_S: f64 = 0.03;
-    const DELAY_S: f64 = 1.4 * PERIOD_S;
+    pub const PERIOD_S: f64 = 0.03;
+    pub const DELAY_S: f64 = 1.4 * PERIOD_S;
 
     /// w' = −0.8 w − 9 c, with c delayed by 1.4 samples. The stick is the injected signal plus feedback of w.
-    fn flight(size: f64) -> Experiment {
+    pub fn flight(size: f64) -> Experiment {
         flown(size, 0.0)
     }
 
@@ -342,7 +328,7 @@ mod tests {
             .expect("finite")
     }
 
-    fn structure() -> Structure {
+    pub fn structure() -> Structure {
         let parameters = vec![
             Parameter::new("Zw", "1/s", -0.7),
             Parameter::new("Zc", "m/s²", -8.0),
@@ -359,8 +345,7 @@ mod tests {
         let mut found = identify(&structure(), &flight, &settings).expect("it is identifiable");
         for (zc, delay_s) in [(-9.0, DELAY_S), (-7.0, DELAY_S - 0.04), (-11.0, DELAY_S + 0.03)] {
             (found.theta[1], found.theta[2]) = (zc, delay_s);
-            let solved =
-                identify_from_injected(&found, ("injected_c", Again::All), &[], &flight, &settings);
+            let solved = identify_from_injected(&found, "injected_c", &[], &flight, &settings);
             let solved = solved.expect("it has a predictor").expect("something was injected");
             for (name, value) in [("Zw", -0.8), ("Zc", -9.0), ("tau", DELAY_S)] {
                 let own = solved.estimates.get(name).expect("it has one");
@@ -376,8 +361,7 @@ mod tests {
         let flight = [gusts(0.1)];
         let settings = Settings::innovations(vec![0.1]);
         let found = identify(&structure(), &flight, &settings).expect("it is identifiable");
-        let solved =
-            identify_from_injected(&found, ("injected_c", Again::All), &[], &flight, &settings);
+        let solved = identify_from_injected(&found, "injected_c", &[], &flight, &settings);
         let solved = solved.expect("it has a predictor").expect("something was injected");
         let [before, after] =
             [&found, &solved].map(|own| own.estimates.get("Zc").expect("it has one"));
@@ -392,8 +376,7 @@ mod tests {
         let structure = structure().with("tau", DELAY_S, false);
         let found = identify(&structure, &flight, &settings).expect("noise moves it");
         for injected in ["injected_c", "injected_d"] {
-            let solved =
-                identify_from_injected(&found, (injected, Again::All), &[], &flight, &settings);
+            let solved = identify_from_injected(&found, injected, &[], &flight, &settings);
             assert!(solved.expect("it has a predictor").is_none());
         }
     }

@@ -17,6 +17,7 @@
 //! second edition, chapter 5 (filter error method); Tischler and Remple, *Aircraft and Rotorcraft System
 //! Identification*, chapters 12–13 (bounds, insensitivities, dropping of parameters).
 
+mod delay;
 mod dropping;
 mod error;
 mod estimates;
@@ -36,11 +37,12 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+pub use delay::delay_from_injected;
 pub use error::PredictionErrorError;
 pub use estimates::{Estimate, Estimates, Status};
 pub use fit::{ChannelFit, Fit, Run};
 pub use identified::{Identified, OwnValues};
 pub use identify::{assemble, identify, identify_from, identify_on, identify_with};
-pub use instrument::{Again, identify_from_injected};
+pub use instrument::identify_from_injected;
 pub(crate) use late_input::LateInput;
 pub use settings::{Dropping, Form, Settings};
