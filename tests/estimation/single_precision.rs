@@ -15,7 +15,7 @@ use hovernav_dataset::{Dataset, Outage, Reference};
 use hovernav_score::{Axis, outage_drift, score};
 use hovernav_testing::shared;
 
-/// Axes of the table in docs/embedded.md.
+/// Axes whose errors `docs/embedded.md` compares.
 const AXES: [Axis; 7] = [
     Axis::VelocityNorth,
     Axis::VelocityEast,
