@@ -76,8 +76,8 @@ fn assert_as_large_as_bounds(what: &str, normalised: &[f64]) {
 }
 
 /// The expected lag of the servo has a sigma of 12 ms, and the steps determine the sum of lag and delay. Without the
-/// covariance of the delay with the other parameters, the mean square is 2.5. That of the likelihood is 4.4, because
-/// the pilot foresees gusts.
+/// covariance of the delay with the other parameters, the mean square is 2.5. The likelihood has 4.4, because the pilot
+/// foresees gusts.
 #[test]
 fn a_delay_errs_as_far_as_its_bound_with_the_errors_of_the_other_parameters() {
     let settings = Settings { residual_correlation_s: 0.3, ..Settings::innovations(vec![0.5]) };
