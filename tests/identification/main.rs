@@ -9,6 +9,7 @@ mod flight;
 mod forward;
 mod frequency;
 mod injected;
+mod pilot;
 mod prediction_error;
 mod preprocess;
 mod r50_flight;

@@ -134,7 +134,9 @@ impl Indicated {
     }
 
     /// Mean square distance, s², of other delays from this delay, weighted by their likelihood. The logarithm of the
-    /// likelihood is divided by the factor `overstated`. A delay one sample away can be nearly as likely.
+    /// likelihood is divided by the factor `overstated`. A delay one sample away can be nearly as likely: a velocity from
+    /// momentary readings is a trapezoid, which contains nothing at half the sample rate. The modelled response contains
+    /// nothing there at a single delay within each sample, and the innovations prefer these delays.
     ///
     /// # Source
     /// Chernozhukov and Hong (2003), *Journal of Econometrics* 115(2).
