@@ -46,18 +46,16 @@ pub enum SetupFault {
     VelocityZero = 17,
     /// Latitude and longitude in radians instead of degrees.
     PositionInRadians = 18,
-    /// Gyros with another range than assumed.
-    GyroScale = 19,
     /// A gyro axis that is always zero.
-    GyroDead = 20,
+    GyroDead = 19,
     /// An accelerometer axis that is always zero.
-    AccelerometerDead = 21,
+    AccelerometerDead = 20,
     /// Heights in another unit than m.
-    HeightScale = 22,
+    HeightScale = 21,
 }
 
 impl SetupFault {
-    const ALL: [(Self, &CStr); 23] = [
+    const ALL: [(Self, &CStr); 22] = [
         (Self::Other, c"a mistake unknown to this version"),
         (Self::ForceInG, c"accelerations in g, expected m/s^2"),
         (Self::ForceInThousandthsOfG, c"accelerations in thousandths of g, expected m/s^2"),
@@ -77,7 +75,6 @@ impl SetupFault {
         (Self::GyroAxes, c"angular rates in other axes than the accelerations"),
         (Self::VelocityZero, c"velocity not measured: zero while positions move"),
         (Self::PositionInRadians, c"latitude and longitude in rad, expected deg"),
-        (Self::GyroScale, c"gyros with another range than assumed"),
         (Self::GyroDead, c"a gyro axis is always zero"),
         (Self::AccelerometerDead, c"an accelerometer axis is always zero"),
         (Self::HeightScale, c"heights in another unit, expected m"),
@@ -114,7 +111,6 @@ impl SetupFault {
             CoreSetupFault::VelocityZero { speed_mps } => {
                 (Self::VelocityZero, f64::from(speed_mps))
             }
-            CoreSetupFault::GyroScale { factor } => (Self::GyroScale, f64::from(factor)),
             CoreSetupFault::DeadAxis { is_gyro: true, axis } => (Self::GyroDead, f64::from(axis)),
             CoreSetupFault::DeadAxis { is_gyro: false, axis } => {
                 (Self::AccelerometerDead, f64::from(axis))

@@ -35,12 +35,6 @@ pub enum SetupFault {
         /// Whether the yaw rate has the wrong sign.
         yaw: bool,
     },
-    /// The gyros report too small or too large turns: with the turns divided by this factor, the specific force explains
-    /// the changes of the fixes' velocity, as given it does not.
-    GyroScale {
-        /// Ratio of the reported rates to the right ones.
-        factor: f32,
-    },
     /// An axis of the inertial unit is always zero while the others measure.
     DeadAxis {
         /// Whether it is an axis of the gyros; otherwise it is one of the accelerometers.
@@ -177,10 +171,6 @@ impl fmt::Display for SetupFault {
                 }
                 (false, true) => "the gyros turn to the wrong side: z of the wrong sign",
             }),
-            Self::GyroScale { factor } => write!(
-                f,
-                "the gyros report {factor} times the turns that explain the fixes: another range or unit than assumed"
-            ),
             Self::DeadAxis { is_gyro, axis } => write!(
                 f,
                 "{} {} is always zero: not connected, or not logged",

@@ -3,7 +3,7 @@
 //! A level frame that follows the gyros differs from NED by a heading alone. The specific force in that frame, summed
 //! from fix to fix, then changes as the velocity of the fixes, turned by this heading. If a roll or pitch rate has the
 //! wrong sign, or both are swapped, the frame tilts to the wrong side: a mirror image, which no heading explains. With a
-//! yaw rate of the wrong sign the heading changes at twice the rate, and with another range at another rate. Each assumption has its own frame, and the
+//! yaw rate of the wrong sign the heading changes at twice the rate. Each assumption has its own frame, and the
 //! coherence of forces and accelerations decides.
 //!
 //! # Source
@@ -16,16 +16,9 @@ use crate::gps::Fix;
 use crate::imu::MeanRates;
 use crate::time::Time;
 
-/// Assumed factors of the rates. The first is the set-up as given. A wrong sign of the roll rate gives the same mirror
-/// image as one of the pitch rate.
-const ASSUMED: [[f32; 3]; 6] = [
-    [1.0, 1.0, 1.0],
-    [-1.0, 1.0, 1.0],
-    [1.0, 1.0, -1.0],
-    [-1.0, 1.0, -1.0],
-    [2.0, 2.0, 2.0],
-    [0.5, 0.5, 0.5],
-];
+/// Assumed wrong signs of the roll rate, which gives the same mirror image as the pitch rate, and of the yaw rate. The
+/// first is the set-up as given.
+const ASSUMED: [[bool; 2]; 4] = [[false, false], [true, false], [false, true], [true, true]];
 /// Longest averaging interval, s; after a longer one the frames are unknown.
 const LONGEST_PART_S: f32 = 0.8;
 /// Shortest and longest interval between two compared fixes, s.
@@ -58,27 +51,18 @@ struct Carried {
     size: f32,
 }
 
-/// A compared fix.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Compared {
-    time: Time,
-    velocity_mps: [f32; 2],
-    /// Mean acceleration since the fix before, m/s².
-    acceleration_mps2: Option<[f32; 2]>,
-}
-
 /// The comparison over the last minute of fixes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct GyroSigns {
     carried: [Carried; ASSUMED.len()],
-    /// End of the last averaging interval.
-    end: Option<Time>,
-    /// Length of the last averaging interval, s.
-    length_s: f32,
+    /// Start and end of the last averaging interval.
+    part: Option<(Time, Time)>,
     /// A fix that is newer than the last averaging interval.
     waiting: Option<(Time, [f32; 2])>,
     /// The last compared fix.
-    fix: Option<Compared>,
+    fix: Option<(Time, [f32; 2])>,
+    /// Mean acceleration between the last two fixes, m/s².
+    acceleration_mps2: Option<[f32; 2]>,
     /// Sum of squared changes of acceleration, (m/s²)².
     size: f32,
     changes: u8,
@@ -97,16 +81,11 @@ impl Carried {
         size: 0.0,
     };
 
-    /// Adds an averaging interval, with half its turn, rad.
-    // Not inlined for each assumption: it is called twice a second.
+    /// Adds an averaging interval, with half its turn as a quaternion.
+    // Not inlined four times: it is called twice a second.
     #[inline(never)]
-    fn push(
-        &mut self,
-        half_turn: Vector<Body, f32>,
-        force_mps2: Vector<Body, f32>,
-        interval_s: f32,
-    ) {
-        let half_turn = Rotation::<Body, Body, f32>::IDENTITY.turned_in_from(half_turn);
+    fn push(&mut self, half_turn: [f32; 4], force_mps2: Vector<Body, f32>, interval_s: f32) {
+        let half_turn = Rotation::<Body, Body, f32>::of_array(half_turn);
         self.before_mps = add(self.before_mps, self.step_mps);
         let middle = self.attitude * half_turn;
         let [north, east, _] = (middle * force_mps2 * interval_s).to_array();
@@ -153,10 +132,10 @@ fn squared([a, b]: [f32; 2]) -> f32 {
 impl GyroSigns {
     pub const NONE: Self = Self {
         carried: [Carried::NONE; ASSUMED.len()],
-        end: None,
-        length_s: 0.0,
+        part: None,
         waiting: None,
         fix: None,
+        acceleration_mps2: None,
         size: 0.0,
         changes: 0,
         refuted: [0; ASSUMED.len()],
@@ -165,15 +144,19 @@ impl GyroSigns {
 
     /// Adds the averages of an interval that ends at `end`.
     pub fn push(&mut self, end: Time, mean: &MeanRates<f32>) {
-        let interval_s = self.end.map_or(f32::INFINITY, |before| (end - before) as f32);
+        let interval_s = self.part.map_or(f32::INFINITY, |(_, before)| (end - before) as f32);
         if interval_s > LONGEST_PART_S {
             self.restart(end, mean);
             return;
         }
-        (self.end, self.length_s) = (Some(end), interval_s);
-        let [x, y, z] = (mean.angular_rate_radps * (0.5 * interval_s)).to_array();
-        for (carried, [of_x, of_y, of_z]) in self.carried.iter_mut().zip(ASSUMED) {
-            let half_turn = Vector::new(of_x * x, of_y * y, of_z * z);
+        let start = self.part.map_or(end, |(_, before)| before);
+        self.part = Some((start, end));
+        let half_turn = mean.angular_rate_radps * (0.5 * interval_s);
+        let [x, y, z, w] =
+            Rotation::<Body, Body, f32>::IDENTITY.turned_in_from(half_turn).to_array();
+        for (carried, [tilts, yaw]) in self.carried.iter_mut().zip(ASSUMED) {
+            // A wrong sign of a rate is a wrong sign of that component of the quaternion.
+            let half_turn = [if tilts { -x } else { x }, y, if yaw { -z } else { z }, w];
             carried.push(half_turn, mean.specific_force_mps2, interval_s);
         }
         if let Some((time, velocity)) = self.waiting.take() {
@@ -184,7 +167,7 @@ impl GyroSigns {
     /// Adds a fix. Returns the fault once.
     pub fn push_fix(&mut self, fix: &Fix) -> Option<SetupFault> {
         let velocity = fix.horizontal_velocity_mps?.map(|component| component as f32);
-        let is_due = self.fix.is_none_or(|last| fix.time - last.time >= *BETWEEN_FIXES_S.start());
+        let is_due = self.fix.is_none_or(|(time, _)| fix.time - time >= *BETWEEN_FIXES_S.start());
         if is_due && self.waiting.is_none() {
             self.compare(fix.time, velocity);
         }
@@ -192,13 +175,10 @@ impl GyroSigns {
         if given < MIN_RESULTS || self.is_reported {
             return None;
         }
-        let (_, &[x, _, z]) = self.refuted.iter().zip(&ASSUMED).find(|(count, _)| **count == 0)?;
+        let (_, &[tilts, yaw]) =
+            self.refuted.iter().zip(&ASSUMED).find(|(count, _)| **count == 0)?;
         self.is_reported = true;
-        Some(if libm::fabsf(x) == 1.0 {
-            SetupFault::GyroSigns { tilts: x < 0.0, yaw: z < 0.0 }
-        } else {
-            SetupFault::GyroScale { factor: 1.0 / x }
-        })
+        Some(SetupFault::GyroSigns { tilts, yaw })
     }
 
     /// Starts new frames, level by the mean specific force.
@@ -210,7 +190,7 @@ impl GyroSigns {
         let attitude = Rotation::of_array([-y, x, 0.0, 1.0 - z].map(|part| part / length));
         *self = Self {
             carried: [Carried { attitude, ..Carried::NONE }; ASSUMED.len()],
-            end: Some(end),
+            part: Some((end, end)),
             refuted: self.refuted,
             is_reported: self.is_reported,
             ..Self::NONE
@@ -220,26 +200,26 @@ impl GyroSigns {
     /// Compares the change of velocity since the previous fix with the sums, if the last averaging interval contains
     /// `time`.
     fn compare(&mut self, time: Time, velocity: [f32; 2]) {
-        let Some(end) = self.end else { return };
-        let length_s = self.length_s;
-        let before_s = (end - time) as f32;
-        if before_s < 0.0 {
+        let Some((start, end)) = self.part else { return };
+        if time > end {
             self.waiting = Some((time, velocity));
         }
-        if !(0.0..=length_s).contains(&before_s) {
+        if time > end || time < start {
             return;
         }
-        let share = if length_s > 0.0 { 1.0 - before_s / length_s } else { 1.0 };
-        let mut compared = Compared { time, velocity_mps: velocity, acceleration_mps2: None };
-        let before = self.fix.replace(compared);
+        let length_s = (end - start) as f32;
+        let share = if length_s > 0.0 { (time - start) as f32 / length_s } else { 1.0 };
+        let before = self.fix.replace((time, velocity));
         let sums = self.carried.each_mut().map(|carried| carried.end(share));
-        let is_near = |before: &Compared| BETWEEN_FIXES_S.contains(&(time - before.time));
-        let Some(before) = before.filter(is_near) else { return };
-        let rate = 1.0 / (time - before.time) as f32;
-        let acceleration = subtract(velocity, before.velocity_mps).map(|change| rate * change);
-        compared.acceleration_mps2 = Some(acceleration);
-        self.fix = Some(compared);
-        let changed = before.acceleration_mps2.map(|last| subtract(acceleration, last));
+        let Some((before, previous)) = before else { return };
+        if !BETWEEN_FIXES_S.contains(&(time - before)) {
+            self.acceleration_mps2 = None;
+            return;
+        }
+        let rate = 1.0 / (time - before) as f32;
+        let acceleration = subtract(velocity, previous).map(|change| rate * change);
+        let last = self.acceleration_mps2.replace(acceleration);
+        let changed = last.map(|last| subtract(acceleration, last));
         for (carried, sum) in self.carried.iter_mut().zip(sums) {
             carried.add(sum.map(|sum| rate * sum), changed);
         }
@@ -260,6 +240,6 @@ impl GyroSigns {
             let is_refuted = moves && best > COHERENT && coherence < REFUTED * best;
             *count = count.saturating_add(u8::from(is_refuted));
         }
-        self.end = None;
+        self.part = None;
     }
 }

@@ -88,8 +88,8 @@ impl SetupCheck {
     };
 
     /// Processes the next event. Returns each fault once, when it is certain. The check of the specific force takes 10
-    /// s and that of the gyros up to 10 min. The check of the fixes takes at least 80 s of motion. The signs and
-    /// the range of the gyros are checked against fixes with a velocity that has proven right. An averaging interval with a value that is not
+    /// s and that of the gyros up to 10 min. The check of the fixes takes at least 80 s of motion. The signs of the gyros
+    /// are checked against fixes with a velocity that has proven right. An averaging interval with a value that is not
     /// finite is skipped.
     pub fn push(&mut self, event: &Event) -> Option<SetupFault> {
         match event {

@@ -209,16 +209,9 @@ fn gyros_of_a_wrong_sign_or_order_are_named() {
 }
 
 #[test]
-fn gyros_of_another_range_and_dead_axes_are_named() {
+fn dead_axes_are_named() {
     for seed in 1..=3 {
         let flight = recording(seed);
-        for factor in [0.5, 2.0] {
-            let scaled = |rate: [f64; 3], force| (rate.map(|part| factor * part), force);
-            let found = changed(&flight, scaled, |_| ());
-            let is_named = matches!(found[..], [(_, SetupFault::GyroScale { factor: named })]
-                if f64::from(named) == factor);
-            assert!(is_named, "seed {seed}, {factor}: {found:?}");
-        }
         for is_gyro in [true, false] {
             for axis in 0..if is_gyro { 3 } else { 2 } {
                 let without = |mut rate: [f64; 3], mut force: [f64; 3]| {
