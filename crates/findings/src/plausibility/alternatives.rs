@@ -52,11 +52,11 @@ const fn range(factor: f64, cause: &'static str) -> Alternative {
         gyro: signs(factor, factor, factor),
         accel: RIGHT,
         cause,
-        mend: "correct the range or the unit with which the counts were converted",
+        mend: "correct the range with which the counts were converted",
     }
 }
 
-const ALTERNATIVES: [Alternative; 19] = [
+const ALTERNATIVES: [Alternative; 17] = [
     gyro(signs(-1.0, -1.0, -1.0), "all gyros of the wrong sign"),
     gyro(signs(-1.0, 1.0, 1.0), "gyro x of the wrong sign"),
     gyro(signs(1.0, -1.0, 1.0), "gyro y of the wrong sign"),
@@ -91,9 +91,7 @@ const ALTERNATIVES: [Alternative; 19] = [
     },
     range(2.0, "gyros at half the right scale, as with another range setting"),
     range(0.5, "gyros at twice the right scale, as with another range setting"),
-    range(4.0, "gyros at a quarter of the right scale, as with another range setting"),
     range(0.25, "gyros at four times the right scale, as with another range setting"),
-    range(57.3, "gyros converted from °/s to rad/s twice"),
 ];
 
 fn permuted(vector: Vector<Body>, axes: &[(usize, f64); 3]) -> Vector<Body> {
