@@ -498,6 +498,12 @@ enum {
     HOVERNAV_SETUP_FAULT_VELOCITY_ZERO = 17,
     // Latitude and longitude in radians instead of degrees.
     HOVERNAV_SETUP_FAULT_POSITION_IN_RADIANS = 18,
+    // A gyro axis that is always zero.
+    HOVERNAV_SETUP_FAULT_GYRO_DEAD = 19,
+    // An accelerometer axis that is always zero.
+    HOVERNAV_SETUP_FAULT_ACCELEROMETER_DEAD = 20,
+    // Heights in another unit than m.
+    HOVERNAV_SETUP_FAULT_HEIGHT_SCALE = 21,
 };
 
 // The object with estimator, health monitor, autopilot and sensor protocols. Its content is private; its size is

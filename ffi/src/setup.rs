@@ -46,10 +46,16 @@ pub enum SetupFault {
     VelocityZero = 17,
     /// Latitude and longitude in radians instead of degrees.
     PositionInRadians = 18,
+    /// A gyro axis that is always zero.
+    GyroDead = 19,
+    /// An accelerometer axis that is always zero.
+    AccelerometerDead = 20,
+    /// Heights in another unit than m.
+    HeightScale = 21,
 }
 
 impl SetupFault {
-    const ALL: [(Self, &CStr); 19] = [
+    const ALL: [(Self, &CStr); 22] = [
         (Self::Other, c"a mistake unknown to this version"),
         (Self::ForceInG, c"accelerations in g, expected m/s^2"),
         (Self::ForceInThousandthsOfG, c"accelerations in thousandths of g, expected m/s^2"),
@@ -69,6 +75,9 @@ impl SetupFault {
         (Self::GyroAxes, c"angular rates in other axes than the accelerations"),
         (Self::VelocityZero, c"velocity not measured: zero while positions move"),
         (Self::PositionInRadians, c"latitude and longitude in rad, expected deg"),
+        (Self::GyroDead, c"a gyro axis is always zero"),
+        (Self::AccelerometerDead, c"an accelerometer axis is always zero"),
+        (Self::HeightScale, c"heights in another unit, expected m"),
     ];
 
     /// The code of the fault, and the number in its notice.
@@ -102,6 +111,11 @@ impl SetupFault {
             CoreSetupFault::VelocityZero { speed_mps } => {
                 (Self::VelocityZero, f64::from(speed_mps))
             }
+            CoreSetupFault::DeadAxis { is_gyro: true, axis } => (Self::GyroDead, f64::from(axis)),
+            CoreSetupFault::DeadAxis { is_gyro: false, axis } => {
+                (Self::AccelerometerDead, f64::from(axis))
+            }
+            CoreSetupFault::HeightScale { factor } => (Self::HeightScale, f64::from(factor)),
             CoreSetupFault::PositionInRadians => (Self::PositionInRadians, 0.0),
             _ => (Self::Other, 0.0),
         }

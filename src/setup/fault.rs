@@ -35,6 +35,18 @@ pub enum SetupFault {
         /// Whether the yaw rate has the wrong sign.
         yaw: bool,
     },
+    /// An axis of the inertial unit is always zero while the others measure.
+    DeadAxis {
+        /// Whether it is an axis of the gyros; otherwise it is one of the accelerometers.
+        is_gyro: bool,
+        /// Index of the axis: x, y, z.
+        axis: u8,
+    },
+    /// Heights change faster than the vertical velocity: they are not in metres.
+    HeightScale {
+        /// Ratio of the changes of height to the changes according to the velocity: 3.28 of feet.
+        factor: f32,
+    },
     /// The vertical velocity is positive up: the fixes' heights change with the opposite sign of the reported down
     /// velocity.
     VelocityUp,
@@ -122,7 +134,8 @@ impl SetupFault {
     pub const fn is_of_receiver(&self) -> bool {
         matches!(
             self,
-            Self::VelocityUp
+            Self::HeightScale { .. }
+                | Self::VelocityUp
                 | Self::VelocitySwapped
                 | Self::VelocityReversed { .. }
                 | Self::VelocityScale { .. }
@@ -158,6 +171,16 @@ impl fmt::Display for SetupFault {
                 }
                 (false, true) => "the gyros turn to the wrong side: z of the wrong sign",
             }),
+            Self::DeadAxis { is_gyro, axis } => write!(
+                f,
+                "{} {} is always zero: not connected, or not logged",
+                if *is_gyro { "gyro" } else { "accelerometer" },
+                ["x", "y", "z"].get(usize::from(*axis)).unwrap_or(&"z")
+            ),
+            Self::HeightScale { factor } => write!(
+                f,
+                "heights change {factor:.2} times as fast as the vertical velocity: in another unit, expected m"
+            ),
             Self::VelocityUp => f.write_str(
                 "heights fall at the vertical velocity: positive up, expected positive down",
             ),

@@ -4,6 +4,7 @@
 //! vehicle with a small one-sigma. Four references need no filter: gravity, the turns of gravity in body axes, the change
 //! of the receiver's position, and the change of its velocity.
 
+mod dead_axis;
 mod fault;
 mod force;
 mod gyro_signs;
@@ -18,6 +19,7 @@ use crate::frames::{Body, Vector};
 use crate::gps::Fix;
 use crate::imu::{ImuSample, MeanRates, Motion};
 use crate::time::Time;
+use dead_axis::DeadAxis;
 use force::MeanForce;
 use gyro_signs::GyroSigns;
 use turning::GravityTurn;
@@ -62,6 +64,7 @@ pub struct SetupCheck {
     parts: u16,
     force: MeanForce,
     turning: GravityTurn,
+    dead_axis: DeadAxis,
     signs: GyroSigns,
     fixes: FixMotion,
 }
@@ -79,6 +82,7 @@ impl SetupCheck {
         parts: 0,
         force: MeanForce::NONE,
         turning: GravityTurn::NONE,
+        dead_axis: DeadAxis::NONE,
         signs: GyroSigns::NONE,
         fixes: FixMotion::NONE,
     };
@@ -102,7 +106,10 @@ impl SetupCheck {
         let mean = self.part.push(sample)?;
         self.parts += 1;
         self.signs.push(sample.time, &mean);
-        self.force.push(mean.specific_force_mps2).or_else(|| self.turning.push(&mean))
+        let force = self.force.push(mean.specific_force_mps2);
+        let turning = self.turning.push(&mean);
+        let dead = self.dead_axis.push(&mean);
+        force.or(turning).or(dead)
     }
 
     fn push_fix(&mut self, fix: &Fix) -> Option<SetupFault> {

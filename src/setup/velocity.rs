@@ -26,6 +26,8 @@ const UNREPORTED_MPS: f32 = 2.0;
 const MIN_DOWN_PARTS: f32 = 40.0;
 /// Smallest fraction of the sum of squared vertical displacement rates that the down velocity must explain.
 const EXPLAINED_DOWN: f32 = 0.35;
+/// Smallest ratio of the changes of height to those of a correct receiver if the heights are in feet or a smaller unit.
+const OTHER_UNIT: f32 = 2.0;
 /// Ratios of displacement rate to velocity of a correct receiver.
 const SOUND: core::ops::Range<f32> = 0.6..1.6;
 /// Range of the north ratio divided by the east ratio within which one wrong unit explains both.
@@ -59,11 +61,12 @@ struct Part {
     start: (Time, Geodetic),
     last: Time,
     velocity: [f32; 2],
-    down: Option<f32>,
+    /// Velocity down; NaN if it or the height is unknown.
+    down: f32,
     /// Integral of the velocity north and east, m.
     along_m: [f32; 2],
-    /// Integral of the velocity down, m; `None` after a fix without down velocity or height.
-    down_m: Option<f32>,
+    /// Integral of the velocity down, m.
+    down_m: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,14 +98,14 @@ impl FixMotion {
             return None;
         };
         let velocity = velocity.map(|component| component as f32);
-        let down = fix.measured_down_mps().map(|down| down as f32);
+        let down = fix.measured_down_mps().map_or(f32::NAN, |down| down as f32);
         let first = Part {
             start: (fix.time, fix.position),
             last: fix.time,
             velocity,
             down,
             along_m: [0.0; 2],
-            down_m: Some(0.0),
+            down_m: 0.0,
         };
         let Some(part) = &mut self.part else {
             self.part = Some(first);
@@ -127,22 +130,23 @@ impl FixMotion {
         let was_open = self.level.is_some();
         let level = Level::judge(&mut self.level, reported, [north, east], &fix.position);
         self.is_sound |= was_open && self.level.is_none() && level.is_none();
-        let down = ended.down_m.map(|along| share * along);
-        level.or_else(|| Down::judge(&mut self.down, down?, fallen))
+        let down = share * ended.down_m;
+        level.or_else(
+            || {
+                if down.is_nan() { None } else { Down::judge(&mut self.down, down, fallen) }
+            },
+        )
     }
 }
 
 impl Part {
-    fn add(&mut self, time: Time, velocity: [f32; 2], down: Option<f32>) {
+    fn add(&mut self, time: Time, velocity: [f32; 2], down: f32) {
         let half_s = 0.5 * (time - self.last) as f32;
         let ([north, east], [to_north, to_east]) = (self.velocity, velocity);
         let [along_north, along_east] = self.along_m;
         self.along_m =
             [along_north + half_s * (north + to_north), along_east + half_s * (east + to_east)];
-        self.down_m = match (self.down_m, self.down, down) {
-            (Some(along), Some(from), Some(to)) => Some(along + half_s * (from + to)),
-            _ => None,
-        };
+        self.down_m += half_s * (self.down + down);
         (self.last, self.velocity, self.down) = (time, velocity, down);
     }
 }
@@ -283,7 +287,12 @@ impl Down {
         let moves = *xx > 0.25 * MIN_MPS * MIN_MPS * *count;
         let explains = *both * *both > EXPLAINED_DOWN * *xx * *yy;
         if moves && explains {
-            let fault = (*both < 0.0).then_some(SetupFault::VelocityUp);
+            let factor = *both / *xx;
+            let fault = if *both < 0.0 {
+                Some(SetupFault::VelocityUp)
+            } else {
+                (factor > OTHER_UNIT).then_some(SetupFault::HeightScale { factor })
+            };
             *sums = None;
             return fault;
         }

@@ -207,3 +207,34 @@ fn gyros_of_a_wrong_sign_or_order_are_named() {
         }
     }
 }
+
+#[test]
+fn dead_axes_are_named() {
+    for seed in 1..=3 {
+        let flight = recording(seed);
+        for is_gyro in [true, false] {
+            for axis in 0..if is_gyro { 3 } else { 2 } {
+                let without = |mut rate: [f64; 3], mut force: [f64; 3]| {
+                    (if is_gyro { &mut rate } else { &mut force })[axis] = 0.0;
+                    (rate, force)
+                };
+                let found = changed(&flight, without, |_| ());
+                let expected = SetupFault::DeadAxis { is_gyro, axis: axis as u8 };
+                let is_named = found.iter().any(|(_, fault)| *fault == expected);
+                assert!(is_named, "seed {seed}, {expected:?}: {found:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn heights_in_feet_are_named() {
+    for seed in 1..=3 {
+        let in_feet = |fix: &mut Fix| fix.position.height_m /= 0.3048;
+        let found = changed(&recording(seed), |rate, force| (rate, force), in_feet);
+        let [(_, SetupFault::HeightScale { factor })] = found[..] else {
+            panic!("seed {seed}: {found:?}")
+        };
+        assert!((2.0..4.6).contains(&factor), "{factor}");
+    }
+}

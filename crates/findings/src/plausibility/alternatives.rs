@@ -21,7 +21,7 @@ const BETTER: f64 = 1.7;
 /// Largest mean square of the normalised innovations with the right set-up.
 const GOOD: f64 = 2.0;
 
-/// Axes and signs of the inertial unit to be tried: source axis and sign of each body axis.
+/// Axes, signs and ranges of the inertial unit to be tried: source axis and factor of each body axis.
 struct Alternative {
     gyro: [(usize, f64); 3],
     accel: [(usize, f64); 3],
@@ -47,7 +47,16 @@ const fn axes(axes: [(usize, f64); 3], cause: &'static str, mend: &'static str) 
     Alternative { gyro: axes, accel: axes, cause, mend }
 }
 
-const ALTERNATIVES: [Alternative; 14] = [
+const fn range(factor: f64, cause: &'static str) -> Alternative {
+    Alternative {
+        gyro: signs(factor, factor, factor),
+        accel: RIGHT,
+        cause,
+        mend: "correct the range with which the counts were converted",
+    }
+}
+
+const ALTERNATIVES: [Alternative; 17] = [
     gyro(signs(-1.0, -1.0, -1.0), "all gyros of the wrong sign"),
     gyro(signs(-1.0, 1.0, 1.0), "gyro x of the wrong sign"),
     gyro(signs(1.0, -1.0, 1.0), "gyro y of the wrong sign"),
@@ -80,6 +89,9 @@ const ALTERNATIVES: [Alternative; 14] = [
         cause: "accelerometers x and y swapped",
         mend: "swap the columns of accelerometers x and y",
     },
+    range(2.0, "gyros at half the right scale, as with another range setting"),
+    range(0.5, "gyros at twice the right scale, as with another range setting"),
+    range(0.25, "gyros at four times the right scale, as with another range setting"),
 ];
 
 fn permuted(vector: Vector<Body>, axes: &[(usize, f64); 3]) -> Vector<Body> {

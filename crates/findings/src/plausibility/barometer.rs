@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::fixes::HEIGHT_IN_FEET;
 use super::regression::Scale;
 use crate::finding::{Sensor, SetupFinding};
 use hovernav_dataset::Dataset;
@@ -38,6 +39,9 @@ const CAUSES: [(std::ops::Range<f64>, &str, &str); 8] = [
     (-0.13..-0.07, "a pressure in Pa, expected a height", "name the column pressure_pa"),
 ];
 
+/// Scales at which the heights of the fixes are in feet.
+const FIXES_IN_FEET: std::ops::Range<f64> = 2.7..4.0;
+
 /// Change of the fixes' heights divided by that of the barometer's heights: 1 if their units agree. `None` if the
 /// vehicle climbs too little to decide, or if the two are not proportional.
 #[must_use]
@@ -60,18 +64,28 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     if (scale - 1.0).abs() < SIGMAS * sigma {
         return;
     }
-    let Some((_, cause, mend)) = CAUSES.iter().find(|(range, ..)| range.contains(&scale)) else {
+    let is_of_fixes = FIXES_IN_FEET.contains(&scale);
+    let (sensor, (cause, mend)) = if is_of_fixes {
+        (Sensor::Gps, HEIGHT_IN_FEET)
+    } else if let Some((_, cause, mend)) = CAUSES.iter().find(|(range, ..)| range.contains(&scale))
+    {
+        (Sensor::Barometer, (*cause, *mend))
+    } else {
         return;
     };
+    // The vertical velocity may have shown it too.
+    if found.iter().any(|known| known.cause == cause) {
+        return;
+    }
     found.push(SetupFinding {
-        sensor: Sensor::Barometer,
+        sensor,
         is_certain: true,
         found: format!(
             "the heights of the fixes change by {scale:.3} times the change of the barometer's (one-sigma {sigma:.3}), \
              expected 1"
         ),
-        cause: (*cause).into(),
-        mend: (*mend).into(),
+        cause: cause.into(),
+        mend: mend.into(),
     });
 }
 

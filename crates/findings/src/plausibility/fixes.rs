@@ -41,6 +41,18 @@ const UNITS: [(f64, &str); 6] = [
     (0.01, "cm/s"),
     (0.001, "mm/s"),
 ];
+/// Cause and remedy of fixes with heights in feet.
+pub(super) const HEIGHT_IN_FEET: (&str, &str) =
+    ("height_m in feet, expected metres", "multiply height_m by 0.3048");
+/// Number of each height unit in a metre, with the cause and the remedy.
+const HEIGHT_UNITS: [(f64, (&str, &str)); 3] = [
+    (3.281, HEIGHT_IN_FEET),
+    (100.0, ("height_m in centimetres, expected metres", "divide height_m by 100")),
+    (1000.0, ("height_m in millimetres, expected metres", "divide height_m by 1000")),
+];
+/// Smallest fraction of the height changes that the vertical velocity explains if the heights are certainly in another
+/// unit.
+const EXPLAINED_HEIGHTS: f64 = 0.8;
 /// Smallest distance from 0° N 0° E, degrees, of coordinates that may be radians. Closer ones come from a simulation.
 const MIN_RADIANS: f64 = 0.05;
 /// One degree in radians: the scale of displacements whose coordinates are radians read as degrees.
@@ -314,6 +326,15 @@ fn vertical(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
             "vertical velocity positive up, expected positive down",
             "change the sign of vd_mps",
         ));
+    } else if explained > EXPLAINED
+        && let Some((_, (cause, mend))) = HEIGHT_UNITS.iter().find(|(size, ..)| near(scale, *size))
+    {
+        found.push(gps(
+            explained > EXPLAINED_HEIGHTS,
+            format!("heights change {scale:.2} times as fast as vd_mps reports, expected 1"),
+            cause,
+            mend,
+        ));
     }
 }
 
@@ -401,6 +422,35 @@ mod tests {
             let mut found = Vec::new();
             check(&fixes, &mut found);
             assert!(found.iter().all(|finding| !finding.is_certain), "{period_s}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn heights_in_another_unit_are_named() {
+        for (scale, expected) in
+            [(1.0, None), (3.281, Some("feet")), (1000.0, Some("millimetres")), (-1.0, Some("up"))]
+        {
+            let fixes: Vec<Fix> = (0..1000)
+                .map(|step| {
+                    let time_s = 0.2 * f64::from(step);
+                    let place =
+                        Geodetic::from_degrees(48.0, 11.0, scale * (20.0 * (0.1 * time_s).sin()));
+                    Fix {
+                        horizontal_velocity_mps: Some([0.0; 2]),
+                        down_velocity_mps: Some(-2.0 * (0.1 * time_s).cos()),
+                        ..Fix::at(Time::from_seconds(time_s), place.unwrap())
+                    }
+                })
+                .collect();
+            let mut found = Vec::new();
+            check(&fixes, &mut found);
+            let causes: Vec<_> = found.iter().map(|found| found.cause.as_str()).collect();
+            match expected {
+                None => assert!(causes.is_empty(), "{causes:?}"),
+                Some(unit) => {
+                    assert!(causes.iter().any(|cause| cause.contains(unit)), "{causes:?}")
+                }
+            }
         }
     }
 }

@@ -29,6 +29,10 @@ pub(super) enum Message {
     Velocity,
     Position,
     Innovations,
+    /// State of a core of the EKF, with the number of the primary core.
+    Core,
+    /// Sensors that a core of the EKF uses.
+    Selection,
     /// PX4: the time of the messages that follow.
     Time,
 }
@@ -46,7 +50,7 @@ impl Message {
     /// Number of columns, at least those of the widest message.
     pub const WIDTH: usize = 22;
 
-    const ALL: [Self; 18] = [
+    const ALL: [Self; 20] = [
         Self::Imu,
         Self::Imt,
         Self::Gps,
@@ -64,6 +68,8 @@ impl Message {
         Self::Velocity,
         Self::Position,
         Self::Innovations,
+        Self::Core,
+        Self::Selection,
         Self::Time,
     ];
 
@@ -87,6 +93,8 @@ impl Message {
             Self::Velocity => &["XKF1", "NKF1", "EKF1"],
             Self::Position => &["POS"],
             Self::Innovations => &["XKF3", "NKF3", "EKF3"],
+            Self::Core => &["XKF4", "NKF4"],
+            Self::Selection => &["XKFS"],
             Self::Time => &["TIME"],
         }
     }
@@ -135,6 +143,12 @@ impl Message {
         }
     }
 
+    /// Number of errors of the gyros and accelerometers since the start; zero without counters.
+    pub fn errors(self, row: &[f64]) -> f64 {
+        let counters = if self == Self::Imu { &row[16..18] } else { &[] };
+        counters.iter().filter(|count| count.is_finite()).sum()
+    }
+
     /// The values that change from each measurement to the next.
     pub fn reading(self, row: &[f64]) -> &[f64] {
         match self {
@@ -175,6 +189,8 @@ impl Message {
                 ("MagZ", ONE),
                 ("GH", ONE),
                 ("AH", ONE),
+                ("EG", ONE),
+                ("EA", ONE),
             ],
             Self::Imt => &[
                 ("DelAX", ONE),
@@ -206,6 +222,7 @@ impl Message {
                 ("EPH", ONE),
                 ("EPV", ONE),
                 ("Yaw", ONE),
+                ("U", ONE),
             ],
             Self::GpsAccuracy => {
                 &[("HAcc", ONE), ("VAcc", ONE), ("SAcc", ONE), ("VV", ONE), ("YAcc", ONE)]
@@ -234,6 +251,8 @@ impl Message {
                 ("IVD", ONE),
                 ("IYAW", ONE),
             ],
+            Self::Core => &[("PI", ONE)],
+            Self::Selection => &[("MI", ONE), ("BI", ONE), ("GI", ONE)],
             Self::Time => &[],
         }
     }

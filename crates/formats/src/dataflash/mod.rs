@@ -10,6 +10,7 @@ mod lines;
 mod message;
 mod rows;
 mod schema;
+mod used;
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -28,11 +29,15 @@ use hovernav_dataset::{LogError, Manifest};
 use item::Item;
 use message::Message;
 use rows::Rows;
+use used::Used;
 
 /// Contents of a log.
 #[derive(Debug, Default)]
 struct Survey {
     counts: BTreeMap<(Message, usize), Tally>,
+    /// Number of errors that each sensor has counted.
+    errors: BTreeMap<(Message, usize), f64>,
+    used: Used,
     /// Readings of the receivers.
     tracks: Tracks<usize>,
     parameters: HashMap<String, f64>,
@@ -42,7 +47,8 @@ struct Survey {
 }
 
 /// Prefixes of the parameters that are read.
-const PARAMETERS: [&str; 6] = ["GPS", "INS_POS", "RC", "AHRS_ORIENT", "RNGFND", "FRAME_"];
+const PARAMETERS: [&str; 9] =
+    ["GPS", "INS_POS", "RC", "AHRS_ORIENT", "AHRS_EKF", "EK2_IMU", "EK3_IMU", "RNGFND", "FRAME_"];
 /// Largest number of parameters that are kept.
 const MAX_PARAMETERS: usize = 10_000;
 /// Reads a DataFlash log, binary or text as in `format`.
@@ -91,8 +97,13 @@ impl Survey {
     fn take(&mut self, item: Item<'_>) {
         match item {
             Item::Row { message, instance, ref row, .. } => {
-                let tally = self.counts.entry((message, instance)).or_default();
-                tally.count(message.is_good(row), &[message.reading(row)]);
+                let sensor = (message, instance);
+                let errors = message.errors(row);
+                let before = self.errors.insert(sensor, errors);
+                let is_good = message.is_good(row) && before.is_none_or(|before| errors <= before);
+                let tally = self.counts.entry(sensor).or_default();
+                tally.count(is_good, &[message.reading(row)]);
+                self.used.take(message, instance, row);
                 let clock_s = Rows::default().clock_s(message, row);
                 if message == Message::Gps {
                     let (place_deg, velocity_mps) = Message::place_and_velocity(row);
@@ -123,12 +134,21 @@ impl Survey {
         names.iter().find_map(|name| self.parameters.get(*name).copied())
     }
 
+    /// Bits of the IMUs that the cores of the EKF use, if the log has this parameter.
+    fn imus_of_cores(&self) -> Option<f64> {
+        let is_ekf2 = self.parameter(&["AHRS_EKF_TYPE"]) == Some(2.0);
+        self.parameter(&[if is_ekf2 { "EK2_IMU_MASK" } else { "EK3_IMU_MASK" }])
+    }
+
     /// Chooses the sensors to read; an error message if the wanted instance is missing.
     fn choose(&self, options: &Options, to: &mut Assembly) -> Result<Rows, String> {
         let mut chosen = |sensor: &str, messages: &[Message], wanted: (&str, Option<usize>)| {
             let counts = Counts::new(messages.iter().flat_map(|&message| {
-                let found = self.counts.iter().filter(move |((found, _), _)| *found == message);
-                found.map(move |(&(_, instance), &count)| {
+                let of_kind = move |&((found, _), _): &(&(Message, usize), _)| *found == message;
+                let mut found: Vec<_> = self.counts.iter().filter(of_kind).collect();
+                let used = self.used.mostly(message, self.imus_of_cores());
+                found.sort_by_key(|((_, instance), _)| Some(*instance) != used);
+                found.into_iter().map(move |(&(_, instance), &count)| {
                     let is_gps = message == Message::Gps;
                     let held = if is_gps { self.tracks.held(&instance) } else { 0 };
                     ((message, instance), count.without(held))
@@ -169,6 +189,12 @@ impl Survey {
             baro: baro.map(|(_, instance)| instance),
             magnetometer: magnetometer.map(|(_, instance)| instance),
             rangefinder: rangefinder.map(|(_, instance)| instance),
+            cores: self
+                .counts
+                .keys()
+                .filter(|key| key.0 == Message::Velocity)
+                .map(|key| key.1)
+                .collect(),
             has_quaternion: self.counts.contains_key(&(Message::Quaternion, 0)),
             start_s: self.start_s.unwrap_or(0.0),
             latency_s: if is_given { latency_s } else { USUAL_LATENCY_S },

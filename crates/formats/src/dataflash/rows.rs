@@ -3,6 +3,7 @@
 use super::inputs;
 use super::item::Item;
 use super::message::Message;
+use super::used::index;
 use crate::assembly::Assembly;
 use crate::integrals::Integrals;
 use crate::onboard::{OnboardInnovation, OnboardMoment};
@@ -26,6 +27,10 @@ pub(super) struct Rows {
     pub baro: Option<usize>,
     pub magnetometer: Option<usize>,
     pub rangefinder: Option<usize>,
+    /// The cores of the onboard estimator whose velocity the log has.
+    pub cores: Vec<usize>,
+    /// The primary one of them.
+    pub core: usize,
     /// Whether onboard attitudes come as quaternions.
     pub has_quaternion: bool,
     /// The clock at the start of the log, s.
@@ -118,16 +123,20 @@ impl Rows {
                 let body_to_ned = angles.is_finite().then(|| Rotation::from_euler(angles));
                 to.moment(OnboardMoment { body_to_ned, ..OnboardMoment::at(time) });
             }
-            Message::Quaternion if instance == 0 => {
+            Message::Quaternion if instance == self.core => {
                 let attitude = DQuat::from_xyzw(row[3], row[4], row[5], row[2]);
                 let body_to_ned = Some(Rotation::claim(attitude));
                 to.moment(OnboardMoment { body_to_ned, ..OnboardMoment::at(time) });
             }
-            Message::Velocity if instance == 0 => {
+            Message::Velocity if instance == self.core => {
                 let velocity_mps = Some(Vector::new(row[2], row[3], row[4]));
                 to.moment(OnboardMoment { velocity_mps, ..OnboardMoment::at(time) });
             }
-            Message::Innovations if instance == 0 => innovations(row, time, to),
+            Message::Core => {
+                let primary = index(row[2]).filter(|core| self.cores.contains(core));
+                self.core = primary.unwrap_or(self.core);
+            }
+            Message::Innovations if instance == self.core => innovations(row, time, to),
             Message::Position => {
                 let position = Geodetic::from_degrees(row[2], row[3], row[4]);
                 to.moment(OnboardMoment { position, ..OnboardMoment::at(time) });

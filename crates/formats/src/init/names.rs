@@ -154,15 +154,17 @@ fn scalar(name: &str) -> Option<Quantity> {
         }
         "course" | "cog" | "track" | "trk" | "direction" | "crs" | "gcrs" | "headmot"
         | "courseoverground" | "groundcourse" | "bearing" => Q::Course,
-        "hacc" | "eph" | "sigmah" | "horizontalaccuracy" | "sigmahorizontal" => Q::SigmaHorizontal,
-        "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "sigmavertical" => Q::SigmaVertical,
+        "hacc" | "eph" | "sigmah" | "horizontalaccuracy" | "accuracyhorizontal"
+        | "sigmahorizontal" => Q::SigmaHorizontal,
+        "vacc" | "epv" | "sigmav" | "verticalaccuracy" | "accuracyvertical" | "sigmavertical" => {
+            Q::SigmaVertical
+        }
         "sacc" | "speedaccuracy" | "sigmavh" | "velacc" | "sigmaspeed" => Q::SigmaSpeed,
         "sigmavv" => Q::SigmaVerticalSpeed,
         // The setting of an altimeter, and its height, in the logs of Garmin's G1000.
         "baroa" => return None,
         "altb" => Q::BaroHeight,
         "llaz" | "llhz" => Q::Height(None),
-        "höhe" | "hoehe" => Q::Height(None),
         "fix" | "fixtype" | "fixstatus" | "fixvalid" | "valid" => Q::FixType,
         "numsv" | "nsv" => Q::Satellites,
         _ if has(&["undulation", "geoidsep", "geoidheight", "geoidalsep"]) => Q::Undulation,
@@ -309,6 +311,15 @@ mod tests {
             ("lon2", Q::Longitude),
             ("Quat_q3", Q::Quaternion(3)),
             ("SampleTimeFine", Q::Time),
+            ("Zeit (s)", Q::Time),
+            ("Breitengrad (°)", Q::Latitude),
+            ("Länge (°)", Q::Longitude),
+            ("Höhe (m)", Q::Height(None)),
+            ("Vitesse (m/s)", Q::Speed),
+            ("Richtung (°)", Q::Course),
+            ("Dirección (°)", Q::Course),
+            ("Horizontale Genauigkeit (m)", Q::SigmaHorizontal),
+            ("Précision verticale (m)", Q::SigmaVertical),
         ] {
             assert_eq!(meaning(name, "").map(|found| found.quantity), Some(quantity), "{name}");
         }

@@ -6,8 +6,9 @@ use super::axis_names::quaternion;
 use super::words::words;
 
 /// Sensors of phone loggers, whose columns are called x, y and z: parts of the file's name, and the sensor.
-const OF_FILES: [(&str, &str); 7] = [
+const OF_FILES: [(&str, &str); 8] = [
     ("linear", "linear accel"),
+    ("withoutg", "linear accel"),
     ("gravity", "gravity"),
     ("gyro", "gyro"),
     ("magnet", "mag"),
@@ -62,7 +63,7 @@ pub(super) fn is_of_phone(names: &[String], file: &str) -> bool {
 
 /// The sensor of a phone that the name of the file denotes, if any.
 fn sensor_of(file: &str) -> Option<&'static str> {
-    let name: String = file.to_lowercase().chars().filter(char::is_ascii_alphanumeric).collect();
+    let name = words(file).concat();
     OF_FILES.iter().find(|(part, _)| name.contains(part)).map(|(_, sensor)| *sensor)
 }
 
@@ -135,6 +136,13 @@ mod tests {
                 ["x", "y", "z"],
                 "Linear Accelerometer.csv",
                 ["linear accel x", "linear accel y", "linear accel z"],
+            ),
+            (["X (rad/s)", "y", "t"], "Gyroskop.csv", ["gyro X (rad/s)", "gyro y", "t"]),
+            (["x", "y", "t"], "Beschleunigung mit g.csv", ["accel x", "accel y", "t"]),
+            (
+                ["x", "y", "t"],
+                "Accélération (sans g).csv",
+                ["linear accel x", "linear accel y", "t"],
             ),
             (
                 ["IMU_ATTI(0):accel:X", "time(s)", "GPS[0].Lat"],

@@ -154,3 +154,98 @@ fn a_receiver_in_static_hold_loses_and_one_at_rest_does_not() {
         }
     }
 }
+
+/// A DataFlash log in text with two units that change, where `line` makes lines from the time of each sample, µs.
+fn with_two_units(line: impl Fn(&str, usize) -> String) -> String {
+    let mut text = String::new();
+    let log = dataflash(&Flight::at_rest(1.0));
+    for (number, of_first) in log.lines().enumerate() {
+        let time = of_first.strip_prefix("IMU, ").and_then(|rest| rest.split(", ").next());
+        match time {
+            Some(time) => text += &line(time, number),
+            None => writeln!(text, "{of_first}").unwrap(),
+        }
+    }
+    text
+}
+
+fn unit(time: &str, number: usize, instance: usize, rest: &str) -> String {
+    let rate = 1e-6 * number as f64;
+    format!("IMU, {time}, {instance}, {rate}, 0, 0, 0.01, 0, -9.81, 1, 1{rest}\n")
+}
+
+#[test]
+fn the_unit_of_the_primary_core_is_read() {
+    let formats = "FMT, 64, 31, PARM, QNf, TimeUS,Name,Value\n\
+                   FMT, 131, 13, XKF4, QBB, TimeUS,C,PI\n";
+    for (parameter, primary, expected) in
+        [("", 0, 0), ("", 1, 1), ("PARM, 0, EK3_IMU_MASK, 2\n", 0, 1)]
+    {
+        let text = with_two_units(|time, number| {
+            let [first, second] = [0, 1].map(|instance| unit(time, number, instance, ""));
+            format!("{first}{second}XKF4, {time}, 0, {primary}\nXKF4, {time}, 1, {primary}\n")
+        });
+        let dataset = read(format!("{formats}{parameter}{text}").as_bytes());
+        let words = format!("IMU {expected} (1000 messages) is read");
+        assert!(notes(&dataset, &words), "{parameter} {primary}: {:?}", dataset.notes);
+    }
+}
+
+#[test]
+fn a_unit_that_counts_errors_is_not_read_where_another_counts_none() {
+    let counters = "BBII, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,GH,AH,EG,EA";
+    for (gyro_errors, force_errors, expected) in [(0, 0, 0), (1, 0, 1), (0, 1, 1)] {
+        let text = with_two_units(|time, number| {
+            let errors = [gyro_errors, force_errors].map(|each| each * number / 4);
+            let first = unit(time, number, 0, &format!(", {}, {}", errors[0], errors[1]));
+            first + &unit(time, number, 1, ", 7, 7")
+        });
+        let text = text.replacen("BB, TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ,GH,AH", counters, 1);
+        let dataset = read(text.as_bytes());
+        let words = format!("inertial unit: IMU {expected} (1000 messages");
+        assert!(notes(&dataset, &words), "{gyro_errors} {force_errors}: {:?}", dataset.notes);
+    }
+}
+
+#[test]
+fn the_receiver_in_use_is_read() {
+    let mut flight = Flight::at_rest(1.0);
+    let epoch = |k: u32| {
+        let time_s = 1.01 + 0.1 * f64::from(k);
+        let of = |receiver: usize| Row {
+            time_s,
+            receiver,
+            lat_deg: 47.0 + 1e-7 * f64::from(k),
+            ..flight.fixes[0]
+        };
+        [of(0), of(1)]
+    };
+    flight.fixes = (0..200).flat_map(epoch).collect();
+    let log = dataflash(&flight);
+    for used in 0..2 {
+        // By the receiver's own message, and by the EKF's.
+        let mut marked =
+            log.replacen("QBBIHLLefff, ", "QBBIHLLefffB, ", 1).replacen("GCrs,VZ", "GCrs,VZ,U", 1);
+        let mut selected = String::from("FMT, 132, 15, XKFS, QBBBBB, TimeUS,C,MI,BI,GI,AI\n");
+        for receiver in 0..2 {
+            let is_used = u8::from(receiver == used);
+            let lines = marked.lines().map(|line| {
+                let is_of = line.starts_with("GPS")
+                    && line.split(", ").nth(2) == Some(&receiver.to_string());
+                if is_of { format!("{line}, {is_used}\n") } else { format!("{line}\n") }
+            });
+            marked = lines.collect();
+        }
+        for line in log.lines() {
+            writeln!(selected, "{line}").unwrap();
+            if line.starts_with("GPS") {
+                writeln!(selected, "XKFS, 1000000, 0, 0, 0, {used}, 0").unwrap();
+            }
+        }
+        for text in [marked, selected] {
+            let dataset = read(text.as_bytes());
+            let words = format!("GPS {used} (200 messages) is read");
+            assert!(notes(&dataset, &words), "{:?} {text}", dataset.notes);
+        }
+    }
+}
