@@ -11,14 +11,11 @@ use crate::ekf::kernel::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout};
 use crate::ekf::kernel::trace::Trace;
 use crate::frames::{Ned, Vector};
 use crate::ins::Start;
-use crate::matrix::square;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// One-sigma of a vehicle's turn rate during a gap, rad/s: after nine seconds its heading is unknown.
 const HIDDEN_RADPS: f64 = 0.35;
-/// One-sigma of a heading, rad, beyond which it is searched again after missing or faulty samples.
-const UNSURE_RAD: f64 = 0.35;
 
 impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, N, T, H> {
     /// Whether a previously known heading is searched again.
@@ -38,25 +35,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if H::SEARCHES && !self.filter.had_heading(time.offset_by(-length_s)) {
             let variance = self.filter.covariance.variance(ATTITUDE + 2);
             self.search_about(Scalar::sqrt(variance).max(HIDDEN_RADPS * length_s));
-        }
-    }
-
-    /// Searches the heading again after a sample, if suspect readings have made it too uncertain to linearise about.
-    #[inline(never)]
-    pub(super) fn search_if_lost(&mut self, time: Time) {
-        let filter = &mut self.filter;
-        if !(H::SEARCHES
-            && self.phase == Phase::Navigating
-            && filter.memory.gates.is_filter_suspect(time))
-        {
-            return;
-        }
-        let unsure = filter.covariance.variance(ATTITUDE + 2) > square(UNSURE_RAD);
-        if unsure && !filter.had_heading(time) {
-            filter.memory.attitude_lost = Some(time);
-            filter.catch_up(&mut ());
-            let sigma_rad = Scalar::sqrt(filter.covariance.variance(ATTITUDE + 2));
-            self.search_about(sigma_rad);
         }
     }
 

@@ -290,7 +290,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
                 } else {
                     self.observe_sample(sample, time.seconds_since(before));
                 }
-                self.search_if_lost(time);
             }
             Ok(Prediction::BridgedGap { length_s }) => {
                 self.search_again(time, length_s);

@@ -243,16 +243,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             if extra_rad > FORGOTTEN_RAD { extra_rad } else { 0.0 };
         Scalar::hypot(usual_rad, f64::from(extra_rad))
     }
-
-    /// Correlation time of the slow heading error, s. It is `usual_s` while the field is usual, and longer while the
-    /// field is disturbed: a disturbed field may stay disturbed.
-    pub(in crate::ekf) fn wander_time_s(&self, usual_s: f64) -> f64 {
-        if self.memory.field_watch.heading_sigma_rad == 0.0 {
-            usual_s
-        } else {
-            usual_s.max(DISTURBED_S)
-        }
-    }
 }
 
 /// One-sigma of roll and pitch after the heading was turned, rad.
@@ -274,8 +264,6 @@ const STEPPED_S: f64 = 3.0;
 const SUSPECT_TIME_S: f64 = 200.0;
 /// Smallest additional one-sigma, rad. A smaller one is set to zero, because its decay would end in denormal numbers.
 const FORGOTTEN_RAD: f32 = 1e-6;
-/// Correlation time of a disturbed field, s.
-const DISTURBED_S: f64 = 1000.0;
 
 /// One-sigma of velocity after a reset, m/s.
 const RESET_VELOCITY_MPS: f64 = 50.0;

@@ -60,7 +60,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.relax(trace);
         self.memory.heading.used = Some(time);
         let wander_rad = self.heading_wander_rad(model.heading_wander_rad, elapsed_s);
-        self.memory.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
+        self.memory.heading_wander = [wander_rad, model.wander_time_s];
         self.memory.heading_revision.is_magnetic = false;
         let wander: Vector<Ned, T> = self.block(first).into();
         let off =

@@ -33,10 +33,6 @@ const LEARNED_MIN: f64 = 0.1;
 /// Value to which a squared normalised innovation is clamped before the variance is learned from it.
 const MAX_SURPRISE: f64 = 9.0;
 
-/// Factor on the learned variance when a filter without GPS velocity was reset to a position. To such a filter,
-/// underestimated scatter looks like motion.
-const REOPENED_SHARE: f64 = 2.0;
-
 /// Ratio of learned to stated one-sigma up to which the stated one is unchanged. Larger ratios are divided by this
 /// value.
 const BY_CHANCE: f64 = 1.15;
@@ -186,7 +182,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let places_alone = fix.horizontal_velocity_mps.is_none();
         if self.config.mechanisms.fix_errors {
-            self.learn_gps(report, places_alone, fix.position_sigma_m.is_some());
+            self.learn_gps(report, fix.position_sigma_m.is_some());
         }
         // Velocity errors left by clipping or a gap do not indicate a step of a bias.
         let mechanisms = self.config.mechanisms;
@@ -268,7 +264,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (M7) of docs/equations.md.
-    fn learn_gps(&mut self, report: &Report, places_alone: bool, states_places: bool) {
+    fn learn_gps(&mut self, report: &Report, states_places: bool) {
         for axis in report.innovations() {
             let learned = match axis.channel {
                 Channel::PositionNorth | Channel::PositionEast
@@ -282,11 +278,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 _ => continue,
             };
             let surprise = square(axis.normalised()).min(MAX_SURPRISE);
-            let share = if places_alone && axis.verdict == Verdict::Reset {
-                REOPENED_SHARE
-            } else {
-                1.0 + self.config.gps.learning_rate * (surprise - 1.0)
-            };
+            let share = 1.0 + self.config.gps.learning_rate * (surprise - 1.0);
             *learned = (f64::from(*learned) * share).clamp(LEARNED_MIN, LEARNED_MAX) as f32;
         }
     }

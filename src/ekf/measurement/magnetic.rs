@@ -132,7 +132,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let is_first =
             before.is_none_or(|before| had_gap && self.memory.gates.was_suspected_after(before));
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
-        self.memory.heading_wander = [wander_rad, self.wander_time_s(model.wander_time_s)];
+        self.memory.heading_wander = [wander_rad, model.wander_time_s];
         self.memory.heading_revision.is_magnetic = true;
         let lost = self.shall_reset_attitude(time);
         if is_first || lost {

@@ -25,8 +25,6 @@ pub(in crate::ekf) struct WheelWatch {
     /// Weighted sums for the bank in turns. First: sine of the bank times the centripetal acceleration in g. Second:
     /// square of that acceleration.
     banked: [f32; 2],
-    /// Slowest and fastest observed speed, m/s.
-    speeds_mps: [f32; 2],
     /// Mean specific force forward and to the right, m/s².
     force_mps2: [f32; 2],
     /// Whether the vehicle rolls on wheels, as its user declares.
@@ -99,8 +97,6 @@ const HALF_A_TURN_RAD: f32 = core::f32::consts::PI;
 /// Threshold of the bank in turns, as a fraction of the coordinated bank. Above it the vehicle is an aircraft: a
 /// vehicle on wheels rolls outwards.
 const BANKS: f32 = 0.5;
-/// Growth of the slope's one-sigma outside the observed speeds, per m/s, from angle of attack or sideslip.
-const BEYOND: f32 = 0.005;
 /// Residual assumed after a vehicle has violated the constraint, m/s.
 const VIOLATED_MPS: f32 = 1.0;
 /// Mean normalised innovation above which a vehicle slowly leaves its road. A car's mean stays within 0.3: the residual
@@ -204,7 +200,6 @@ impl WheelWatch {
             down: Track::BEFORE_FIRST_TURN,
             turned_rad: 0.0,
             banked: [0.0; 2],
-            speeds_mps: [f32::INFINITY, 0.0],
             force_mps2: [0.0; 2],
             declared,
             is_active: matches!(declared, Some(true)),
@@ -233,8 +228,6 @@ impl WheelWatch {
         if !(speed_mps >= SLOWEST_MPS && sizes.is_finite()) {
             return;
         }
-        let [slowest, fastest] = self.speeds_mps;
-        self.speeds_mps = [slowest.min(speed_mps), fastest.max(speed_mps)];
         let centripetal = right.forward_mps * right.rate_radps / STANDARD_GRAVITY_MPS2 as f32;
         let fade = 1.0 - elapsed_s / MEMORY_S;
         for (sum, factor) in self.banked.iter_mut().zip([bank, centripetal]) {
@@ -302,17 +295,10 @@ impl WheelWatch {
             Across::Down => &self.down,
         };
         let ([slope, arm_m, compliance], covariance) = track.found();
-        let [slowest, fastest] = self.speeds_mps;
-        let speed_mps = seen.forward_mps.abs();
-        let beyond_mps = match self.declared {
-            Some(true) => 0.0,
-            _ => (speed_mps - fastest).max(slowest - speed_mps).max(0.0),
-        };
-        let slope_sigma = SLOPE_SIGMA + BEYOND * beyond_mps;
         let causes = seen.causes();
         let of_line = dot(&times(&covariance, &causes), &causes);
         let once =
-            track.left.max(square(MIN_MPS)) + square(slope_sigma * seen.forward_mps) + of_line;
+            track.left.max(square(MIN_MPS)) + square(SLOPE_SIGMA * seen.forward_mps) + of_line;
         Line {
             slope: slope + compliance * seen.force_mps2,
             arm_m,

@@ -107,13 +107,6 @@ fn what_banks_into_its_turns_flies_however_still_the_air() {
 }
 
 #[test]
-fn beyond_the_speeds_that_were_seen_less_is_known_of_the_line() {
-    let watch = driven(300, |_, _| 0.0, |_, _| 0.0);
-    let variance = |forward_mps| watch.line(Across::Down, &at(forward_mps)).variance;
-    assert!(variance(15.0) > 10.0 * variance(10.0));
-}
-
-#[test]
 fn a_straight_road_and_a_short_drive_tell_nothing() {
     let mut straight = WheelWatch::of(None);
     let seen = Seen { own_variance: 0.0, ..at(10.0) };
