@@ -1,6 +1,5 @@
 //! Memory of the bank between fixes.
 
-use super::DOWN;
 use super::hypothesis::{MeasuredMotion, Prior};
 use super::judgement::Judgement;
 use crate::earth::Geodetic;
@@ -8,6 +7,8 @@ use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::scalar::Scalar;
 use crate::time::Time;
 
+/// Down, NED.
+pub(super) const DOWN: Vector<Ned, f32> = Vector::new(0.0, 0.0, 1.0);
 /// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s. The latter is zero: a
 /// monitor uses the bias of the filter.
 pub(super) const PRIOR: Prior = Prior { axis: DOWN, tilt_sigma_rad: 0.07, bias_sigma_radps: 0.0 };

@@ -38,7 +38,7 @@ use crate::time::Time;
 use hypothesis::{
     HYPOTHESES, HYPOTHESIS_SIGMA_RAD, Hypothesis, Measured, MeasuredMotion, Prior, Surprise, at,
 };
-use memory::{Memory, PRIOR};
+use memory::{DOWN, Memory, PRIOR};
 
 /// Random walk of tilt and heading that a monitor allows beyond the sensor noise, rad/√s. Without it the monitor would
 /// attribute errors outside the states of a hypothesis to the heading.
@@ -419,9 +419,6 @@ fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
     let (value, variance) = (value as f32, variance as f32);
     (value * value + variance).is_finite().then_some((value, variance))
 }
-
-/// Down, NED.
-const DOWN: Vector<Ned, f32> = Vector::new(0.0, 0.0, 1.0);
 
 /// Turn about an axis from one attitude of the same axes to another, rad: the twist of their relative rotation.
 fn turn_between(
