@@ -16,7 +16,6 @@
 
 mod hypothesis;
 mod judgement;
-mod memory;
 mod method;
 mod monitor;
 mod motion;
@@ -38,8 +37,11 @@ use crate::time::Time;
 use hypothesis::{
     HYPOTHESES, HYPOTHESIS_SIGMA_RAD, Hypothesis, Measured, MeasuredMotion, Prior, Surprise, at,
 };
-use memory::{DOWN, Memory, PRIOR};
+use judgement::Judgement;
 
+/// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s. The latter is zero: a
+/// monitor uses the bias of the filter.
+const PRIOR: Prior = Prior { axis: DOWN, tilt_sigma_rad: 0.07, bias_sigma_radps: 0.0 };
 /// Random walk of tilt and heading that a monitor allows beyond the sensor noise, rad/√s. Without it the monitor would
 /// attribute errors outside the states of a hypothesis to the heading.
 const ANGLE_WALK_RAD: f64 = 0.0035;
@@ -78,7 +80,38 @@ pub struct HeadingSearch<T = f64> {
     hypotheses: [Hypothesis; HYPOTHESES],
     /// Attitude at the start of the bank, before it is turned for each hypothesis.
     start_to_ned: Rotation<Body, Ned, T>,
-    memory: Memory<T>,
+    /// Axis, NED, about which the attitude was unknown at the start.
+    axis: Vector<Ned, f32>,
+    prior: Prior,
+    /// One-sigma of the heading at the start, rad; infinite if unknown.
+    prior_sigma_rad: f64,
+    /// Rotation from the present body axes to those at the start.
+    body_to_start: Rotation<Body, Body, T>,
+    /// Velocity change by specific force since the last fix, in the axes at the start, m/s.
+    felt_mps: Vector<Body, T>,
+    /// Time since the last fix, s.
+    felt_s: T,
+    /// Integral of the direction cosines since the last fix, s.
+    turned_s: [[T; 3]; 3],
+    /// Variances by sensor noise since the last fix: angle, rad², and velocity, (m/s)².
+    variances: [T; 2],
+    /// Motion between the validity of the last fix and its arrival.
+    since_fix: MeasuredMotion,
+    /// Gyro bias of the filter at the last fix, rad/s.
+    filter_bias_radps: Option<Vector<Body, T>>,
+    /// Vector from the inertial unit to the antenna at the last fix, in the axes at the start, m.
+    arm_m: Vector<Body, T>,
+    /// Time and position of the last fix, to which the hypotheses refer.
+    last_fix: Option<(Time, Geodetic)>,
+    /// Whether the heading is monitored, not searched.
+    is_monitor: bool,
+    /// Whether the vehicle was fast enough for its motion to show a heading.
+    is_fast: bool,
+    /// Start of the present agreement of the hypotheses on one heading, after sufficient motion.
+    agreed_since: Option<Time>,
+    /// Information of recent fixes on the heading, rad⁻².
+    evidence: f32,
+    judgement: Judgement,
 }
 
 /// Error model, antenna and gyro bias for a fix, as the filter assumes them.
@@ -127,36 +160,68 @@ impl<T: Scalar> HeadingSearch<T> {
         Self {
             hypotheses: [Hypothesis::NONE; HYPOTHESES],
             start_to_ned: Rotation::IDENTITY,
-            memory: Memory::START,
+            axis: DOWN,
+            prior: PRIOR,
+            prior_sigma_rad: f64::INFINITY,
+            body_to_start: Rotation::IDENTITY,
+            felt_mps: Vector::ZERO,
+            felt_s: T::ZERO,
+            turned_s: [[T::ZERO; 3]; 3],
+            variances: [T::ZERO; 2],
+            since_fix: MeasuredMotion::NONE,
+            filter_bias_radps: None,
+            arm_m: Vector::ZERO,
+            last_fix: None,
+            is_monitor: true,
+            is_fast: false,
+            agreed_since: None,
+            evidence: 0.0,
+            judgement: Judgement::NONE,
         }
     }
 
     /// Restarts as the monitor of a heading, from the next fix on.
+    // In place: a new value would be built on the stack first.
     pub(super) fn monitor(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
         self.hypotheses.fill(Hypothesis::NONE);
         self.start_to_ned = body_to_ned;
-        self.memory = Memory::START;
+        self.axis = DOWN;
+        self.prior = PRIOR;
+        self.prior_sigma_rad = f64::INFINITY;
+        self.body_to_start = Rotation::IDENTITY;
+        self.felt_mps = Vector::ZERO;
+        self.felt_s = T::ZERO;
+        self.turned_s = [[T::ZERO; 3]; 3];
+        self.variances = [T::ZERO; 2];
+        self.since_fix = MeasuredMotion::NONE;
+        self.filter_bias_radps = None;
+        self.arm_m = Vector::ZERO;
+        self.last_fix = None;
+        self.is_monitor = true;
+        self.is_fast = false;
+        self.agreed_since = None;
+        self.evidence = 0.0;
+        self.judgement = Judgement::NONE;
     }
 
     /// Starts again after samples that hid the motion: a monitor stays a monitor, and a search goes on about
     /// `body_to_ned` with the same uncertainty of the gyro bias.
     pub(super) fn interrupt(&mut self, body_to_ned: Rotation<Body, Ned, T>) {
-        let (is_monitor, bias_sigma_radps) =
-            (self.memory.is_monitor, self.memory.prior.bias_sigma_radps);
+        let (is_monitor, bias_sigma_radps) = (self.is_monitor, self.prior.bias_sigma_radps);
         self.monitor(body_to_ned);
-        self.memory.is_monitor = is_monitor;
-        self.memory.prior.bias_sigma_radps = bias_sigma_radps;
+        self.is_monitor = is_monitor;
+        self.prior.bias_sigma_radps = bias_sigma_radps;
     }
 
     /// Starts a search from a start whose attitude about `axis` is unknown. The gyro bias has the one-sigma
     /// `bias_sigma_radps` unless the start states one.
     pub(super) fn start(&mut self, start: &Start, axis: Vector<Ned>, bias_sigma_radps: f64) {
         self.monitor(start.state.body_to_ned.cast());
-        self.memory.is_monitor = false;
+        self.is_monitor = false;
         let [tilt_rad, ..] = start.attitude_sigma_rad.to_array();
-        self.memory.axis = axis.cast();
-        self.memory.prior = Prior {
-            axis: self.memory.axis,
+        self.axis = axis.cast();
+        self.prior = Prior {
+            axis: self.axis,
             tilt_sigma_rad: tilt_rad as f32,
             bias_sigma_radps: start.gyro_bias_sigma_radps.unwrap_or(bias_sigma_radps) as f32,
         };
@@ -170,11 +235,11 @@ impl<T: Scalar> HeadingSearch<T> {
         [tilt_sigma_rad, bias_sigma_radps]: [f64; 2],
     ) {
         self.monitor(body_to_ned);
-        self.memory.is_monitor = false;
-        self.memory.is_fast = true;
-        self.memory.prior_sigma_rad = sigma_rad.max(f64::MIN_POSITIVE);
-        self.memory.prior.tilt_sigma_rad = tilt_sigma_rad as f32;
-        self.memory.prior.bias_sigma_radps = bias_sigma_radps as f32;
+        self.is_monitor = false;
+        self.is_fast = true;
+        self.prior_sigma_rad = sigma_rad.max(f64::MIN_POSITIVE);
+        self.prior.tilt_sigma_rad = tilt_sigma_rad as f32;
+        self.prior.bias_sigma_radps = bias_sigma_radps as f32;
     }
 
     /// Adds a bias-corrected inertial sample whose noise adds `variances` to angle, rad², and velocity, (m/s)².
@@ -186,24 +251,24 @@ impl<T: Scalar> HeadingSearch<T> {
         interval_s: T,
     ) {
         let turn_rad = rate_radps * interval_s;
-        let halfway = self.memory.body_to_start.turned_in_from(turn_rad * T::of(0.5));
-        self.memory.felt_mps += halfway * force_mps2 * interval_s;
-        self.memory.felt_s += interval_s;
-        for (sum, row) in self.memory.turned_s.iter_mut().zip(halfway.rows()) {
+        let halfway = self.body_to_start.turned_in_from(turn_rad * T::of(0.5));
+        self.felt_mps += halfway * force_mps2 * interval_s;
+        self.felt_s += interval_s;
+        for (sum, row) in self.turned_s.iter_mut().zip(halfway.rows()) {
             for (sum, cosine) in sum.iter_mut().zip(row) {
                 *sum += cosine * interval_s;
             }
         }
-        for (sum, variance) in self.memory.variances.iter_mut().zip(variances) {
+        for (sum, variance) in self.variances.iter_mut().zip(variances) {
             *sum += variance;
         }
-        self.memory.body_to_start = self.memory.body_to_start.turned_in_from(turn_rad);
+        self.body_to_start = self.body_to_start.turned_in_from(turn_rad);
     }
 
     /// Subtracts a change of the filter's gyro bias from the hypotheses.
     fn follow_bias(&mut self, bias_radps: Vector<Body, T>) {
-        let before = self.memory.filter_bias_radps.replace(bias_radps);
-        if let Some(before) = before.filter(|_| !self.memory.is_monitor) {
+        let before = self.filter_bias_radps.replace(bias_radps);
+        if let Some(before) = before.filter(|_| !self.is_monitor) {
             let change = (bias_radps - before).cast();
             for hypothesis in &mut self.hypotheses {
                 hypothesis.correct_bias(change);
@@ -214,26 +279,26 @@ impl<T: Scalar> HeadingSearch<T> {
     /// Motion until a fix. The velocity change `later_mps` over `later_s` came after the fix, and counts for the next
     /// fix.
     fn motion_until(&mut self, later_mps: Vector<Body, T>, later_s: T) -> MeasuredMotion {
-        let felt_s = (self.memory.felt_s - later_s).max(T::ZERO);
-        let share = if self.memory.felt_s > T::ZERO { felt_s / self.memory.felt_s } else { T::ONE };
+        let felt_s = (self.felt_s - later_s).max(T::ZERO);
+        let share = if self.felt_s > T::ZERO { felt_s / self.felt_s } else { T::ONE };
         let part = |share: T, velocity_mps: Vector<Body, T>, duration_s: T| MeasuredMotion {
             velocity_mps: velocity_mps.cast(),
             duration_s: single(duration_s),
-            turned_s: self.memory.turned_s.map(|row| row.map(|turned_s| single(turned_s * share))),
-            variances: self.memory.variances.map(|variance| single(variance * share)),
+            turned_s: self.turned_s.map(|row| row.map(|turned_s| single(turned_s * share))),
+            variances: self.variances.map(|variance| single(variance * share)),
         };
-        let mut felt = part(share, self.memory.felt_mps - later_mps, felt_s);
-        if self.memory.is_monitor {
+        let mut felt = part(share, self.felt_mps - later_mps, felt_s);
+        if self.is_monitor {
             let walks = [ANGLE_WALK_RAD, VELOCITY_WALK_MPS].map(|walk| square(walk) as f32);
             for (variance, walk) in felt.variances.iter_mut().zip(walks) {
                 *variance += walk * felt.duration_s;
             }
         }
         let rest = T::ONE - share;
-        self.memory.since_fix = part(rest, later_mps, later_s);
-        (self.memory.felt_mps, self.memory.felt_s) = (later_mps, later_s);
-        self.memory.turned_s = self.memory.turned_s.map(|row| row.map(|turned_s| turned_s * rest));
-        self.memory.variances = self.memory.variances.map(|variance| variance * rest);
+        self.since_fix = part(rest, later_mps, later_s);
+        (self.felt_mps, self.felt_s) = (later_mps, later_s);
+        self.turned_s = self.turned_s.map(|row| row.map(|turned_s| turned_s * rest));
+        self.variances = self.variances.map(|variance| variance * rest);
         felt
     }
 
@@ -244,17 +309,17 @@ impl<T: Scalar> HeadingSearch<T> {
     /// Equations (H2), (H3) and (H5) of docs/equations.md.
     #[inline(never)]
     pub(super) fn fix(&mut self, fix: &Fix, receiver: &Receiver<'_, T>, history: &History<T>) {
-        let Some(since) = history.motion_since(fix.time, self.memory.body_to_start) else { return };
-        if since.duration_s > self.memory.felt_s {
+        let Some(since) = history.motion_since(fix.time, self.body_to_start) else { return };
+        if since.duration_s > self.felt_s {
             // The fix is older than the bank's start.
             return;
         }
         self.follow_bias(receiver.bias_radps);
-        self.memory.body_to_start = self.memory.body_to_start.renormalised();
+        self.body_to_start = self.body_to_start.renormalised();
         let felt = self.motion_until(since.velocity_mps, since.duration_s);
         let arm_m = since.attitude * receiver.antenna.0;
-        let moved_m = arm_m - core::mem::replace(&mut self.memory.arm_m, arm_m);
-        let before = self.memory.last_fix.replace((fix.time, fix.position));
+        let moved_m = arm_m - core::mem::replace(&mut self.arm_m, arm_m);
+        let before = self.last_fix.replace((fix.time, fix.position));
         let interval_s = before.map(|(time, _)| fix.time - time);
         let interval_s = interval_s.filter(|s| *s > 0.0 && *s <= LONGEST_S);
         let mut measured = self.measured(fix, receiver, before.zip(interval_s));
@@ -271,7 +336,7 @@ impl<T: Scalar> HeadingSearch<T> {
         let surely_mps = f64::from(Scalar::hypot(north.0, east.0))
             - if measured.is_mean { 2.0 * f64::from(Scalar::sqrt(north.1)) } else { 0.0 };
         let min_mps = PROVEN_MPS * Scalar::sqrt(interval_s.clamp(0.05, 10.0));
-        self.memory.is_fast |= surely_mps > min_mps;
+        self.is_fast |= surely_mps > min_mps;
         let share = information_share(fix, receiver.model, interval_s.clamp(0.05, 10.0));
         let mut surprises = [0.0; HYPOTHESES];
         let (mut least_squares, mut information) = (f32::INFINITY, 0.0);
@@ -288,12 +353,11 @@ impl<T: Scalar> HeadingSearch<T> {
             self.begin(&measured);
             return;
         }
-        self.memory.evidence *= libm::exp(-interval_s / EVIDENCE_S) as f32;
-        self.memory.evidence += (share * information) as f32;
+        self.evidence *= libm::exp(-interval_s / EVIDENCE_S) as f32;
+        self.evidence += (share * information) as f32;
         self.weigh(&surprises);
         let agrees = self.has_evidence(PROVEN_EVIDENCE) && self.heading_spread().1 < AGREED_RAD;
-        self.memory.agreed_since =
-            if agrees { self.memory.agreed_since.or(Some(fix.time)) } else { None };
+        self.agreed_since = if agrees { self.agreed_since.or(Some(fix.time)) } else { None };
     }
 
     /// Velocity of a fix; for a fix without velocity, the mean since the fix `before`, an interval, s, earlier.
@@ -309,8 +373,7 @@ impl<T: Scalar> HeadingSearch<T> {
             let usual = fix.velocity_sigma_mps.map_or(gps.velocity_sigma_mps(), Vector::to_array);
             let values = [Some(north), Some(east), down];
             let axes = core::array::from_fn(|axis| {
-                let least =
-                    if self.memory.is_monitor { at(&usual, axis) } else { gps.velocity_floor_mps };
+                let least = if self.is_monitor { at(&usual, axis) } else { gps.velocity_floor_mps };
                 let sigma_mps = WHITENED * at(&velocity_mps, axis).max(least);
                 let value = values.get(axis).copied().flatten()?;
                 finite(value, square(sigma_mps))
@@ -348,23 +411,23 @@ impl<T: Scalar> HeadingSearch<T> {
             Some(best) if best.is_sound() => best.start_to_ned,
             _ => self.start_to_ned.cast(),
         };
-        let axis = self.memory.prior.axis;
+        let axis = self.prior.axis;
         let mut sum = 0.0;
         for (number, hypothesis) in self.hypotheses.iter_mut().enumerate() {
             let turn_rad = wrap_angle(2.0 * HYPOTHESIS_SIGMA_RAD * number as f64);
-            let off = turn_rad / self.memory.prior_sigma_rad;
+            let off = turn_rad / self.prior_sigma_rad;
             hypothesis.weight = libm::exp(-0.5 * square(off)).max(MIN_WEIGHT);
             hypothesis.start_to_ned = middle.turned_in_to(axis * turn_rad as f32);
-            hypothesis.start(measured, &self.memory.prior);
+            hypothesis.start(measured, &self.prior);
             sum += hypothesis.weight;
         }
         for hypothesis in &mut self.hypotheses {
             hypothesis.weight /= sum;
         }
-        let Prior { bias_sigma_radps, .. } = self.memory.prior;
-        self.memory.prior = Prior { bias_sigma_radps, ..PRIOR };
-        (self.memory.agreed_since, self.memory.evidence) = (None, 0.0);
-        self.memory.judgement.forget();
+        let Prior { bias_sigma_radps, .. } = self.prior;
+        self.prior = Prior { bias_sigma_radps, ..PRIOR };
+        (self.agreed_since, self.evidence) = (None, 0.0);
+        self.judgement.forget();
     }
 
     /// Changes the weights of the hypotheses. `surprises` are minus twice the logarithms of their likelihoods.
@@ -405,12 +468,12 @@ impl<T: Scalar> HeadingSearch<T> {
 
     /// Whether fixes during recent motion have given the fraction `share` of the information on an agreed heading.
     fn has_evidence(&self, share: f64) -> bool {
-        f64::from(self.memory.evidence) * square(AGREED_RAD) > share
+        f64::from(self.evidence) * square(AGREED_RAD) > share
     }
 
     /// Present attitude of a hypothesis.
     fn attitude(&self, hypothesis: &Hypothesis) -> Rotation<Body, Ned, T> {
-        (hypothesis.start_to_ned.cast() * self.memory.body_to_start).renormalised()
+        (hypothesis.start_to_ned.cast() * self.body_to_start).renormalised()
     }
 }
 
@@ -419,6 +482,9 @@ fn finite(value: f64, variance: f64) -> Option<(f32, f32)> {
     let (value, variance) = (value as f32, variance as f32);
     (value * value + variance).is_finite().then_some((value, variance))
 }
+
+/// Down, NED.
+const DOWN: Vector<Ned, f32> = Vector::new(0.0, 0.0, 1.0);
 
 /// Turn about an axis from one attitude of the same axes to another, rad: the twist of their relative rotation.
 fn turn_between(

@@ -28,14 +28,14 @@ pub struct BetterHeading {
 impl<T: Scalar> HeadingSearch<T> {
     /// Whether recent motion confirmed the last judged heading.
     pub(in crate::ekf) fn is_confirmed(&self) -> bool {
-        self.memory.judgement.is_confirmed
+        self.judgement.is_confirmed
     }
 
     /// Turn from an attitude's heading to that of the hypotheses; `None` while the hypotheses disagree.
     fn off(&self, body_to_ned: Rotation<Body, Ned, T>) -> Option<BetterHeading> {
         let best = self.best().filter(|_| self.has_begun())?;
         let (off_rad, sigma_rad) = self.heading_spread();
-        let start_to_ned = (body_to_ned * self.memory.body_to_start.inverse()).cast();
+        let start_to_ned = (body_to_ned * self.body_to_start.inverse()).cast();
         let turn_rad = wrap_angle(turn_between(start_to_ned, best.start_to_ned, DOWN) + off_rad);
         let replaces = libm::fabs(turn_rad) > WRONG_RAD.max(WRONG_SIGMAS * sigma_rad);
         (sigma_rad < AGREED_RAD).then_some(BetterHeading { turn_rad, sigma_rad, replaces })
@@ -56,8 +56,8 @@ impl<T: Scalar> HeadingSearch<T> {
         let off = self.off(body_to_ned);
         let suspect = off.filter(is_suspect);
         let is_confirmed = off.is_some() && suspect.is_none() && self.has_evidence(1.0);
-        self.memory.judgement.is_confirmed = is_confirmed;
-        let lasts = self.memory.judgement.lasts(time, suspect.is_some());
+        self.judgement.is_confirmed = is_confirmed;
+        let lasts = self.judgement.lasts(time, suspect.is_some());
         suspect.filter(|_| lasts)
     }
 }

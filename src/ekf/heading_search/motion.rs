@@ -38,9 +38,9 @@ impl<T: Scalar> HeadingSearch<T> {
     }
 
     fn motion_of(&mut self, hypothesis: &Hypothesis) -> Option<HypothesisMotion<T>> {
-        let (time, _) = self.memory.last_fix?;
+        let (time, _) = self.last_fix?;
         let (velocity_mps, bias_radps) =
-            (hypothesis.velocity_after(&self.memory.since_fix), hypothesis.bias_radps());
+            (hypothesis.velocity_after(&self.since_fix), hypothesis.bias_radps());
         let [.., down] = hypothesis.start_to_ned.rows();
         let mut covariance = [[0.0; STATES]; STATES];
         let weights: f64 = self.hypotheses.iter().map(|other| other.weight).sum();
@@ -51,7 +51,7 @@ impl<T: Scalar> HeadingSearch<T> {
                     *sum += share * value;
                 }
             }
-            let apart = (other.velocity_after(&self.memory.since_fix) - velocity_mps).to_array();
+            let apart = (other.velocity_after(&self.since_fix) - velocity_mps).to_array();
             let [.., own_down] = other.start_to_ned.rows();
             let tilt = own_down.into_iter().zip(down).map(|(a, b)| square(a - b)).sum::<f32>();
             let drift = (other.bias_radps() - bias_radps).to_array();
@@ -65,24 +65,20 @@ impl<T: Scalar> HeadingSearch<T> {
             other.correct_bias(bias_radps);
         }
         let (off_rad, agreed_rad) = self.heading_spread();
-        let is_proven = self.memory.is_fast
-            || self.memory.agreed_since.is_some_and(|since| time - since >= PROVEN_S);
+        let is_proven =
+            self.is_fast || self.agreed_since.is_some_and(|since| time - since >= PROVEN_S);
         let min_rad = if is_proven { 0.0 } else { UNPROVEN_RAD };
         let heading_sigma_rad =
             Scalar::hypot(agreed_rad, off_rad).min(core::f64::consts::PI).max(min_rad);
         let taken = bias_radps.cast();
-        self.memory.filter_bias_radps = self.memory.filter_bias_radps.map(|used| used + taken);
+        self.filter_bias_radps = self.filter_bias_radps.map(|used| used + taken);
         let motion = HypothesisMotion {
             body_to_ned: self.attitude(hypothesis),
             velocity_mps: velocity_mps.cast(),
             bias_radps: taken,
             covariance,
             heading_sigma_rad,
-            turn_rad: turn_between(
-                self.start_to_ned.cast(),
-                hypothesis.start_to_ned,
-                self.memory.axis,
-            ),
+            turn_rad: turn_between(self.start_to_ned.cast(), hypothesis.start_to_ned, self.axis),
             is_found: is_proven && agreed_rad < AGREED_RAD,
         };
         let is_sound = motion.velocity_mps.is_finite()

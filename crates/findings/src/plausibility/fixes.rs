@@ -448,7 +448,7 @@ mod tests {
             match expected {
                 None => assert!(causes.is_empty(), "{causes:?}"),
                 Some(unit) => {
-                    assert!(causes.iter().any(|cause| cause.contains(unit)), "{causes:?}")
+                    assert!(causes.iter().any(|cause| cause.contains(unit)), "{causes:?}");
                 }
             }
         }
