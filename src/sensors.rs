@@ -14,8 +14,9 @@ use crate::gps::quality::{Failures, Limits, QualityCheck};
 #[cfg(feature = "tsip")]
 use crate::gps::tsip;
 #[cfg(feature = "ubx")]
-use crate::gps::ubx;
-use crate::gps::{AntennaHeading, MessageCounts, Protocol, Receiver, ReceiverFix, ReceiverHeading};
+use crate::gps::{
+    AntennaHeading, MessageCounts, Protocol, Receiver, ReceiverFix, ReceiverHeading, ubx,
+};
 use crate::time::Time;
 
 /// Settings of the inertial unit.

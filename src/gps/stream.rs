@@ -5,8 +5,7 @@ use super::nmea;
 #[cfg(feature = "tsip")]
 use super::tsip;
 #[cfg(feature = "ubx")]
-use super::ubx;
-use super::{MessageCounts, ReceiverFix, ReceiverHeading};
+use super::{MessageCounts, ReceiverFix, ReceiverHeading, ubx};
 use crate::time::Time;
 
 /// Protocol of a receiver.

@@ -13,6 +13,5 @@ pub use alignment::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
 pub use increments::{Increment, Integrator};
 pub use lever_arm::{AngularAcceleration, LeverArm};
 #[doc(hidden)]
-pub use mechanization::Advance;
-pub use mechanization::NavState;
+pub use mechanization::{Advance, NavState};
 pub use mounting::Mounting;

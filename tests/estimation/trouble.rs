@@ -208,10 +208,11 @@ fn a_field_that_turns_faster_than_gyros_drift_turns_no_heading() {
 }
 
 /// Only positions are available, and a large bias has made the filter diverge. Resets to single positions give no
-/// velocity: the filter would keep errors of up to 228 m/s.
+/// velocity: the filter would keep errors of up to 228 m/s. If the growth of rejected positions were no evidence against
+/// the filter, the errors would be 13 m and 3.8 m/s.
 #[test]
 fn places_without_velocity_bring_back_a_filter_that_is_lost_in_velocity() {
     let outcomes = outcomes(&HELI_HOVER, "no-velocity accel-bias=3");
-    assert!(worst(&outcomes, |outcome| outcome.measures.horizontal_rmse_m) < 20.0);
-    assert!(worst(&outcomes, |outcome| outcome.measures.velocity_rmse_mps) < 8.0);
+    assert!(worst(&outcomes, |outcome| outcome.measures.horizontal_rmse_m) < 4.0);
+    assert!(worst(&outcomes, |outcome| outcome.measures.velocity_rmse_mps) < 2.5);
 }

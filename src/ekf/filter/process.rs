@@ -11,8 +11,7 @@ use crate::ekf::watch::level_force::AVERAGED_S;
 use crate::imu::{Checks, FullScale, ImuSample, Motion};
 use crate::ins::{Advance, Increment};
 use crate::matrix::square;
-use crate::scalar::Scalar;
-use crate::scalar::single;
+use crate::scalar::{Scalar, single};
 
 /// Estimated slow error of an attitude reference, in one-sigmas, above which its one-sigma is raised.
 const UNUSUAL: f64 = 1.5;

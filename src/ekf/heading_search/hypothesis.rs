@@ -2,8 +2,7 @@
 
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::frames::{Body, Ned, Rotation, Vector};
-use crate::matrix::square;
-use crate::matrix::{add_scaled, combined, dot, product, skew, times};
+use crate::matrix::{add_scaled, combined, dot, product, skew, square, times};
 use crate::scalar::Scalar;
 
 /// Number of hypotheses.

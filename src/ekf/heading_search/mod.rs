@@ -31,8 +31,7 @@ use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::gps::Fix;
 use crate::ins::{LeverArm, Start};
 use crate::matrix::square;
-use crate::scalar::Scalar;
-use crate::scalar::single;
+use crate::scalar::{Scalar, single};
 use crate::time::Time;
 use hypothesis::{
     HYPOTHESES, HYPOTHESIS_SIGMA_RAD, Hypothesis, Measured, MeasuredMotion, Prior, Surprise, at,

@@ -19,10 +19,8 @@ use crate::ekf::watch::self_contradiction::Expected;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
 use crate::ins::LeverArm;
-use crate::matrix::square;
-use crate::matrix::{product, skew};
-use crate::scalar::Scalar;
-use crate::scalar::single;
+use crate::matrix::{product, skew, square};
+use crate::scalar::{Scalar, single};
 use crate::time::Time;
 
 /// Largest learned variance, relative to the stated or configured one.

@@ -12,8 +12,7 @@ use crate::ekf::outcome::innovation::Channel;
 use crate::ekf::outcome::report::{Report, Unusable};
 use crate::frames::{Body, Ned, Vector};
 use crate::ins::LeverArm;
-use crate::matrix::combined;
-use crate::matrix::square;
+use crate::matrix::{combined, square};
 use crate::scalar::Scalar;
 use crate::time::Time;
 

@@ -10,8 +10,7 @@ use crate::ekf::outcome::group::Group;
 use crate::ekf::outcome::innovation::{Channel, Innovation, Verdict};
 use crate::ekf::outcome::report::Report;
 use crate::matrix::square;
-use crate::scalar::Scalar;
-use crate::scalar::single;
+use crate::scalar::{Scalar, single};
 use crate::time::Time;
 
 /// A scalar measurement without its sensitivity.

@@ -10,8 +10,7 @@ use crate::ekf::outcome::report::Report;
 use crate::ekf::watch::wheels::{Across, SLOWEST_MPS, Seen, WheelWatch};
 use crate::frames::{Body, Vector};
 use crate::matrix::square;
-use crate::scalar::Scalar;
-use crate::scalar::single;
+use crate::scalar::{Scalar, single};
 
 /// Possible velocity error, m/s, of a vehicle that left its road during the wheel constraint.
 const OFF_ROAD_MPS: f64 = 2.0;

@@ -10,8 +10,7 @@
 
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::ekf::settings::vehicle_kind::VehicleKind;
-use crate::matrix::square;
-use crate::matrix::{cross, dot, times};
+use crate::matrix::{cross, dot, square, times};
 use crate::scalar::root;
 use crate::time::Time;
 

@@ -22,11 +22,9 @@ pub use fix_sensitivity::{AxesSensitivity, FixSensitivity};
 #[doc(hidden)]
 pub use joint::{Joint, Sensitivities};
 #[doc(hidden)]
-pub use propagation::Relaxation;
-pub use propagation::Transition;
+pub use propagation::{Relaxation, Transition};
 #[doc(hidden)]
-pub use sensitivity::MAX;
-pub use sensitivity::Sensitivity;
+pub use sensitivity::{MAX, Sensitivity};
 pub use update::Gain;
 
 use super::layout::{ACCEL_BIAS, BASE, GYRO_BIAS};
