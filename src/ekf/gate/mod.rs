@@ -41,6 +41,7 @@ mod previous;
 mod rejection;
 
 use crate::ekf::outcome::group::Group;
+use crate::ekf::watch::BETWEEN_FIXES_S;
 use crate::matrix::square;
 use crate::time::Time;
 use position_drift::PositionDrift;
@@ -195,8 +196,6 @@ const HEADING_S: f64 = 120.0;
 const LEVEL_S: f64 = 120.0;
 /// Fused time, s, after which a position counts as settled.
 const SETTLED_S: f32 = 5.0;
-/// Longest interval between two fixes, s, that counts towards the fused time of a height or a position.
-const MAX_BETWEEN_S: f32 = 3.0;
 
 impl Gates {
     /// Gates before the first measurement.
@@ -308,7 +307,7 @@ impl Gates {
     pub fn accepted(&mut self, group: Group, time: Time, off: &Off, spread: f64) {
         let reported_s = self.reported_s(group);
         let Some(gate) = self.gates.get_mut(group as usize) else { return };
-        let since_s = ((time - gate.accepted) as f32).clamp(0.0, MAX_BETWEEN_S);
+        let since_s = (time - gate.accepted).clamp(0.0, BETWEEN_FIXES_S) as f32;
         let (was_open, rejections) = (gate.was_open(), gate.rejections);
         gate.accepted = time;
         gate.rejections = 0;

@@ -7,6 +7,7 @@ use crate::ekf::kernel::layout::{ATTITUDE, Layout};
 use crate::ekf::kernel::trace::Trace;
 use crate::ekf::outcome::innovation::Channel;
 use crate::ekf::outcome::report::{Report, Unusable};
+use crate::ekf::watch::READING_S;
 use crate::frames::{Body, Ned, Rotation, Vector, wrap_angle};
 use crate::matrix::square;
 use crate::scalar::Scalar;
@@ -14,8 +15,6 @@ use crate::time::Time;
 
 /// Largest heading difference, rad, at which the reference's tilt is used together with its heading.
 const FAR_RAD: f64 = 0.35;
-/// Longest time between two readings, s, that shows how the reference turns.
-const LONGEST_S: f64 = 1.0;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Fuses an attitude from another source, such as the inertial unit's own: roll, pitch and heading from true north.
@@ -124,13 +123,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // After faulty inertial samples the gyros are no reference. In a disturbed field, the reference's heading
         // follows the field.
         let field = &self.memory.field_watch;
-        if elapsed_s > LONGEST_S
+        if elapsed_s > READING_S
             || self.memory.gates.is_filter_suspect(time)
             || field.heading_sigma_rad > 0.0
         {
             watch.forget();
         }
-        let elapsed_s = elapsed_s.min(LONGEST_S) as f32;
+        let elapsed_s = elapsed_s.min(READING_S) as f32;
         if !field.is_suspect() {
             watch.push(off_rad, elapsed_s);
         }

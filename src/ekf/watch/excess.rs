@@ -9,6 +9,7 @@
 //! before it shows in the correlation. Rejected innovations then grow from fix to fix, while a receiver fault appears
 //! at full size at once.
 
+use super::BETWEEN_FIXES_S;
 use crate::ekf::outcome::innovation::{Channel, Innovation, Verdict};
 use crate::ekf::outcome::report::Report;
 use crate::matrix::square;
@@ -78,8 +79,6 @@ const GROWN: f64 = 1.5;
 const GROWING_DOWN_S: f64 = 1.9;
 /// Longest time, s, between two resets of the vertical velocity to the same side that indicate a step.
 const AGAIN_S: f64 = 10.0;
-/// Longest time, s, between two fixes that are compared.
-const LONGEST_S: f64 = 3.0;
 /// Limit to which a normalised innovation is clamped: outliers are not noise.
 const MAX_SIGMAS: f64 = 3.0;
 
@@ -216,5 +215,5 @@ impl Excess {
 
 /// Time from one fix to the next, s, if short enough for a comparison.
 fn soon_after(then: Time, time: Time) -> Option<f64> {
-    Some(time - then).filter(|interval_s| (0.0..LONGEST_S).contains(interval_s))
+    Some(time - then).filter(|interval_s| (0.0..BETWEEN_FIXES_S).contains(interval_s))
 }

@@ -5,6 +5,7 @@
 //! heading. The gyros show a turn of the field that is faster than their drift. A slower turn is unobservable; the
 //! component across is then assumed to be as large as the others.
 
+use super::READING_S;
 use crate::frames::wrap_angle;
 use crate::matrix::square;
 use crate::scalar::root;
@@ -96,8 +97,6 @@ const LASTING_S: [f32; 2] = [5.0, 180.0];
 /// Minimum time, s, for which a usual field must have been observed. A field observed for less may be a disturbance at
 /// the start.
 const WRONG_START_S: f32 = 30.0;
-/// Longest interval, s, for which one reading counts.
-const LONGEST_S: f32 = 1.0;
 /// Largest heading one-sigma assumed for the unobserved component, rad.
 const MAX_RAD: f32 = 1.0;
 
@@ -150,7 +149,7 @@ impl FieldWatch {
             (self.usual.azimuth_rad, self.opened_at.azimuth_rad) =
                 (field.azimuth_rad, field.azimuth_rad);
         }
-        let elapsed_s = ((time - before) as f32).clamp(0.0, LONGEST_S);
+        let elapsed_s = (time - before).clamp(0.0, READING_S) as f32;
         let min_level = field.level.min(self.usual.level);
         // Squares are compared: roots are slow, and needed only after a change.
         let strength = square(self.usual.level) + square(self.usual.down);

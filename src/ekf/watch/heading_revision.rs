@@ -1,13 +1,12 @@
 //! Part of the filter's heading corrections that is not a turn of the vehicle.
 
+use super::READING_S;
 use crate::scalar::Scalar;
 use crate::time::Time;
 
 /// Largest rate at which a held heading follows a magnetometer, rad/s: 0.1 °/s. It is faster than gyro drift, and
 /// slower than a passing magnet.
 const FOLLOWED_RADPS: f64 = 0.0017;
-/// Longest interval, s, for which one correction counts.
-const FARTHEST_APART_S: f64 = 1.0;
 
 /// Total heading change due to errors found in the heading source.
 ///
@@ -51,7 +50,7 @@ impl<T: Scalar> HeadingRevision<T> {
         self.reference_error_rad = reference_error_rad;
         if self.is_magnetic {
             let pending = self.pending_rad + opposite - found;
-            let elapsed_s = T::of((time - self.corrected).clamp(0.0, FARTHEST_APART_S));
+            let elapsed_s = T::of((time - self.corrected).clamp(0.0, READING_S));
             let farthest = T::of(FOLLOWED_RADPS) * elapsed_s;
             let followed = pending.max(-farthest).min(farthest);
             self.total_rad += followed;

@@ -15,3 +15,8 @@ pub(super) mod position_scatter;
 pub(super) mod rectification;
 pub(super) mod self_contradiction;
 pub(super) mod wheels;
+
+/// Longest interval, s, for which one reading counts.
+pub(super) const READING_S: f64 = 1.0;
+/// Longest interval, s, between two fixes that are compared.
+pub(super) const BETWEEN_FIXES_S: f64 = 3.0;

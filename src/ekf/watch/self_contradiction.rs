@@ -5,6 +5,7 @@
 //! each time. Alternating departures come from a jammed, reflected or broken receiver. Neither a wrong heading nor a
 //! tilt error of ten degrees causes them.
 
+use super::BETWEEN_FIXES_S;
 use crate::earth::Geodetic;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
@@ -124,8 +125,6 @@ impl Unexplained {
 
 /// Shortest interval between compared fixes, s: over shorter ones, drift cannot be separated from motion.
 const MIN_S: f64 = 0.8;
-/// Longest interval between two compared fixes, s.
-const LONGEST_S: f64 = 2.5;
 /// Usual error of a velocity change, m/s, from vibration and a swinging antenna.
 const AGREEMENT_MPS: f64 = 1.0;
 /// Factor on the recent acceleration times the interval. A velocity change up to this product is explained for any
@@ -221,7 +220,7 @@ impl<T: Scalar> SelfContradiction<T> {
         }
         let (felt_mps, in_part) = (self.felt_mps.cast(), self.in_part);
         self.begin(reading);
-        if !(MIN_S..=LONGEST_S).contains(&interval_s) {
+        if !(MIN_S..=BETWEEN_FIXES_S).contains(&interval_s) {
             self.unexplained = Unexplained::NONE;
             return;
         }

@@ -8,6 +8,7 @@
 //! estimated while fixes are available. The residual shows whether the vehicle rolls on wheels: no aircraft has so
 //! small a residual.
 
+use super::READING_S;
 use crate::earth::STANDARD_GRAVITY_MPS2;
 use crate::ekf::settings::vehicle_kind::VehicleKind;
 use crate::matrix::{cross, dot, square, times};
@@ -101,8 +102,6 @@ const VIOLATED_MPS: f32 = 1.0;
 /// Mean normalised innovation above which a vehicle slowly leaves its road. A car's mean stays within 0.3: the residual
 /// is correlated, and [`Line::variance`] is enlarged for it.
 const BIASED: f32 = 0.75;
-/// Longest interval, s, for which one reading counts.
-const LONGEST_S: f32 = 1.0;
 
 /// Number of causes of a velocity across: slope, arm and compliance.
 const CAUSES: usize = 3;
@@ -217,7 +216,7 @@ impl WheelWatch {
     /// # Source
     /// Equation (M17) of docs/equations.md.
     pub fn observe_velocity(&mut self, time: Time, right: &Seen, down: &Seen, bank: f32) {
-        let elapsed_s = ((time - self.seen) as f32).clamp(0.0, LONGEST_S);
+        let elapsed_s = (time - self.seen).clamp(0.0, READING_S) as f32;
         self.seen = time;
         let size =
             |seen: &Seen| dot(&seen.causes(), &[1.0; CAUSES]) + seen.across_mps + seen.own_variance;
