@@ -14,9 +14,8 @@ use crate::gps::quality::{Failures, Limits, QualityCheck};
 #[cfg(feature = "tsip")]
 use crate::gps::tsip;
 #[cfg(feature = "ubx")]
-use crate::gps::{
-    AntennaHeading, MessageCounts, Protocol, Receiver, ReceiverFix, ReceiverHeading, ubx,
-};
+use crate::gps::ubx;
+use crate::gps::{AntennaHeading, MessageCounts, Protocol, Receiver, ReceiverFix, ReceiverHeading};
 use crate::time::Time;
 
 /// Settings of the inertial unit.

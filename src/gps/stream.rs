@@ -5,7 +5,8 @@ use super::nmea;
 #[cfg(feature = "tsip")]
 use super::tsip;
 #[cfg(feature = "ubx")]
-use super::{MessageCounts, ReceiverFix, ReceiverHeading, ubx};
+use super::ubx;
+use super::{MessageCounts, ReceiverFix, ReceiverHeading};
 use crate::time::Time;
 
 /// Protocol of a receiver.

@@ -16,7 +16,8 @@ pub use errors::ImuErrors;
 pub use integrity::{Checks, FullScale, Integrity, StuckAxes, Suspicion};
 pub use motion::{MeanRates, Motion};
 #[doc(hidden)]
-pub use notch::{MAX_HARMONICS, Notch, NotchConfig, apparent_hz};
+pub use notch::apparent_hz;
+pub use notch::{MAX_HARMONICS, Notch, NotchConfig};
 #[doc(hidden)]
 pub use rest::Rest;
 pub(crate) use second_difference::{SecondDifference, noise_variance};

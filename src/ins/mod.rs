@@ -13,5 +13,6 @@ pub use alignment::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
 pub use increments::{Increment, Integrator};
 pub use lever_arm::{AngularAcceleration, LeverArm};
 #[doc(hidden)]
-pub use mechanization::{Advance, NavState};
+pub use mechanization::Advance;
+pub use mechanization::NavState;
 pub use mounting::Mounting;

@@ -22,9 +22,11 @@ pub use fix_sensitivity::{AxesSensitivity, FixSensitivity};
 #[doc(hidden)]
 pub use joint::{Joint, Sensitivities};
 #[doc(hidden)]
-pub use propagation::{Relaxation, Transition};
+pub use propagation::Relaxation;
+pub use propagation::Transition;
 #[doc(hidden)]
-pub use sensitivity::{MAX, Sensitivity};
+pub use sensitivity::MAX;
+pub use sensitivity::Sensitivity;
 pub use update::Gain;
 
 use super::layout::{ACCEL_BIAS, BASE, GYRO_BIAS};
