@@ -106,10 +106,9 @@ impl SetupCheck {
         let mean = self.part.push(sample)?;
         self.parts += 1;
         self.signs.push(sample.time, &mean);
+        // One fault for each average: the next check waits for the next average, so that no fault is lost.
         let force = self.force.push(mean.specific_force_mps2);
-        let turning = self.turning.push(&mean);
-        let dead = self.dead_axis.push(&mean);
-        force.or(turning).or(dead)
+        force.or_else(|| self.turning.push(&mean)).or_else(|| self.dead_axis.push(&mean))
     }
 
     fn push_fix(&mut self, fix: &Fix) -> Option<SetupFault> {

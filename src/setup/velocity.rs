@@ -131,11 +131,7 @@ impl FixMotion {
         let level = Level::judge(&mut self.level, reported, [north, east], &fix.position);
         self.is_sound |= was_open && self.level.is_none() && level.is_none();
         let down = share * ended.down_m;
-        level.or_else(
-            || {
-                if down.is_nan() { None } else { Down::judge(&mut self.down, down, fallen) }
-            },
-        )
+        level.or_else(|| Down::judge(&mut self.down, down, fallen))
     }
 }
 
@@ -275,7 +271,11 @@ impl Verdict {
 impl Down {
     const NONE: Self = Self { count: 0.0, reported: 0.0, both: 0.0, moved: 0.0 };
 
+    /// As [`Level::judge`]. An interval of unknown velocity, NaN, is not added.
     fn judge(sums: &mut Option<Self>, reported: f32, moved: f32) -> Option<SetupFault> {
+        if reported.is_nan() {
+            return None;
+        }
         let Self { count, reported: xx, both, moved: yy } = sums.as_mut()?;
         *count += 1.0;
         *xx += reported * reported;

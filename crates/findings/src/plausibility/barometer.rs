@@ -1,6 +1,7 @@
 //! Check of the barometer's heights against those of the fixes: units and sign.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::fixes::HEIGHT_IN_FEET;
 use super::regression::Scale;
@@ -18,29 +19,46 @@ const EXPLAINED: f64 = 0.7;
 /// Smallest deviation of the scale from 1, in one-sigmas.
 const SIGMAS: f64 = 6.0;
 
+/// Scales, the sensor at fault, and the cause with the remedy.
+type Cause = (Range<f64>, Sensor, (&'static str, &'static str));
+
+const fn barometer(scales: Range<f64>, cause: &'static str, mend: &'static str) -> Cause {
+    (scales, Sensor::Barometer, (cause, mend))
+}
+
 /// Likely contents of a column: range of the scale, description, remedy. The scale is the change of the fixes' heights
 /// divided by the change of the column.
-const CAUSES: [(std::ops::Range<f64>, &str, &str); 8] = [
-    (0.25..0.37, "altitude_m in feet, expected metres", "multiply altitude_m by 0.3048"),
-    (0.0085..0.0115, "altitude_m in centimetres, expected metres", "divide altitude_m by 100"),
-    (0.000_85..0.001_15, "altitude_m in millimetres, expected metres", "divide altitude_m by 1000"),
-    (-1.3..-0.75, "a height that counts downwards", "change the sign of altitude_m"),
-    (-0.37..-0.25, "a height in feet that counts downwards", "multiply altitude_m by -0.3048"),
-    (
+const CAUSES: [Cause; 9] = [
+    (2.7..4.0, Sensor::Gps, HEIGHT_IN_FEET),
+    barometer(0.25..0.37, "altitude_m in feet, expected metres", "multiply altitude_m by 0.3048"),
+    barometer(
+        0.0085..0.0115,
+        "altitude_m in centimetres, expected metres",
+        "divide altitude_m by 100",
+    ),
+    barometer(
+        0.000_85..0.001_15,
+        "altitude_m in millimetres, expected metres",
+        "divide altitude_m by 1000",
+    ),
+    barometer(-1.3..-0.75, "a height that counts downwards", "change the sign of altitude_m"),
+    barometer(
+        -0.37..-0.25,
+        "a height in feet that counts downwards",
+        "multiply altitude_m by -0.3048",
+    ),
+    barometer(
         -130.0..-70.0,
         "a pressure in kPa, expected a height",
         "name the column pressure_pa and multiply it by 1000",
     ),
-    (
+    barometer(
         -13.0..-7.0,
         "a pressure in hPa, expected a height",
         "name the column pressure_pa and multiply it by 100",
     ),
-    (-0.13..-0.07, "a pressure in Pa, expected a height", "name the column pressure_pa"),
+    barometer(-0.13..-0.07, "a pressure in Pa, expected a height", "name the column pressure_pa"),
 ];
-
-/// Scales at which the heights of the fixes are in feet.
-const FIXES_IN_FEET: std::ops::Range<f64> = 2.7..4.0;
 
 /// Change of the fixes' heights divided by that of the barometer's heights: 1 if their units agree. `None` if the
 /// vehicle climbs too little to decide, or if the two are not proportional.
@@ -64,28 +82,23 @@ pub(super) fn check(dataset: &Dataset, found: &mut Vec<SetupFinding>) {
     if (scale - 1.0).abs() < SIGMAS * sigma {
         return;
     }
-    let is_of_fixes = FIXES_IN_FEET.contains(&scale);
-    let (sensor, (cause, mend)) = if is_of_fixes {
-        (Sensor::Gps, HEIGHT_IN_FEET)
-    } else if let Some((_, cause, mend)) = CAUSES.iter().find(|(range, ..)| range.contains(&scale))
-    {
-        (Sensor::Barometer, (*cause, *mend))
-    } else {
+    let Some((_, sensor, (cause, mend))) = CAUSES.iter().find(|(range, ..)| range.contains(&scale))
+    else {
         return;
     };
     // The vertical velocity may have shown it too.
-    if found.iter().any(|known| known.cause == cause) {
+    if found.iter().any(|known| known.cause == *cause) {
         return;
     }
     found.push(SetupFinding {
-        sensor,
+        sensor: *sensor,
         is_certain: true,
         found: format!(
             "the heights of the fixes change by {scale:.3} times the change of the barometer's (one-sigma {sigma:.3}), \
              expected 1"
         ),
-        cause: cause.into(),
-        mend: mend.into(),
+        cause: (*cause).into(),
+        mend: (*mend).into(),
     });
 }
 

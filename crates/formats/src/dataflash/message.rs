@@ -143,10 +143,10 @@ impl Message {
         }
     }
 
-    /// Number of errors of the gyros and accelerometers since the start; zero without counters.
-    pub fn errors(self, row: &[f64]) -> f64 {
-        let counters = if self == Self::Imu { &row[16..18] } else { &[] };
-        counters.iter().filter(|count| count.is_finite()).sum()
+    /// Number of errors of the gyros and accelerometers since the start, of a message with counters.
+    pub fn errors(self, row: &[f64]) -> Option<f64> {
+        let counters = (self == Self::Imu).then(|| &row[16..18])?;
+        Some(counters.iter().filter(|count| count.is_finite()).sum())
     }
 
     /// The values that change from each measurement to the next.

@@ -98,9 +98,10 @@ impl Survey {
         match item {
             Item::Row { message, instance, ref row, .. } => {
                 let sensor = (message, instance);
-                let errors = message.errors(row);
-                let before = self.errors.insert(sensor, errors);
-                let is_good = message.is_good(row) && before.is_none_or(|before| errors <= before);
+                let has_new_errors = message.errors(row).is_some_and(|errors| {
+                    self.errors.insert(sensor, errors).is_some_and(|before| errors > before)
+                });
+                let is_good = message.is_good(row) && !has_new_errors;
                 let tally = self.counts.entry(sensor).or_default();
                 tally.count(is_good, &[message.reading(row)]);
                 self.used.take(message, instance, row);
