@@ -9,8 +9,8 @@ const CONSISTENT: std::ops::RangeInclusive<f64> = 0.8..=1.3;
 
 const HEAD: &str = "# Every set
 
-Written by `cargo run --release -p hovernav-validate -- --write`; [`sets.csv`](sets.csv) has the same numbers. The page
-[Validation](../validation.md) explains them.
+Written by `cargo run --release -p hovernav-validate -- --write`; [`sets.csv`](sets.csv) has the same numbers, and the
+runs without a reference. The page [Validation](../validation.md) explains them.
 
 ";
 
@@ -36,18 +36,11 @@ spaced ones start every 12 s over the whole log. Error over sigma is that of nor
 
 ";
 
-const REFUSED: &str = "## Refused
-
-";
-
-/// Number of words of an error message that the page shows.
-const WORDS: usize = 16;
-
-/// The rows as a Markdown page.
+/// The rows with a reference, as a Markdown page.
 #[must_use]
 pub fn markdown(rows: &[Row]) -> String {
     let mut page = HEAD.to_owned();
-    let is_run = |row: &&Row| row.refused.is_empty() && !row.run.starts_with("outages");
+    let is_run = |row: &&Row| !(row.reference.is_empty() || row.run.starts_with("outages"));
     let scored = |row: &&Row| row.numbers.contains_key("position_within_3_sigma");
     table(
         &mut page,
@@ -95,13 +88,6 @@ pub fn markdown(rows: &[Row]) -> String {
             let of = |list| [drifts(row, list), over_sigma(row, list)];
             ["documented", "spaced"].into_iter().flat_map(of).collect()
         },
-    );
-    table(
-        &mut page,
-        REFUSED,
-        &["set", "run", "why"],
-        rows.iter().filter(|row| !row.refused.is_empty()),
-        |row| vec![first_words(&row.refused)],
     );
     page.truncate(page.trim_end().len());
     page + "\n"
@@ -153,11 +139,4 @@ fn drifts(row: &Row, list: &str) -> String {
         Some(count) => format!("{count}: {}", numbers(row, &[&median, &p90, &worst], " / ")),
         None => String::new(),
     }
-}
-
-/// The first words of the error message of a refused run, its vertical bars escaped.
-fn first_words(text: &str) -> String {
-    let words: Vec<&str> = text.split_whitespace().collect();
-    let more = if words.len() > WORDS { " …" } else { "" };
-    format!("{}{more}", words[..words.len().min(WORDS)].join(" ")).replace('|', "\\|")
 }
