@@ -22,7 +22,7 @@ fn kernels<T: Scalar, L: Layout<N>, const N: usize>(c: &mut Criterion, hover: &H
     let mut p = start;
     c.bench_function(&format!("predict {name}"), |b| {
         b.iter(|| {
-            black_box(&mut p).propagate::<L>(black_box(&step));
+            black_box(&mut p).propagate(black_box(&step));
             if p.variance(8) > 1e6 {
                 p = start;
             }

@@ -59,7 +59,7 @@ fn main() {
             },
             attitude: (step < 300).then_some(EulerAngles::default()),
             magnetic_field_gauss: None,
-            clipped: hovernav::imu::ClippedAxes::NONE,
+            clipped: hovernav::imu::ImuAxes::NONE,
         })
     };
     let home = hovernav::earth::Geodetic::from_degrees(48.0, 0.0, 500.0).expect("a place");

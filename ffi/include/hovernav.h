@@ -55,7 +55,7 @@
 #define HOVERNAV_FAULT_TEXT 64
 
 // Version of the binary interface: increases with every change of a structure, a code or a function.
-#define HOVERNAV_ABI 11
+#define HOVERNAV_ABI 12
 
 // Largest size of an object, bytes, in any build of the library. hovernav_size() gives the size in this build.
 #define HOVERNAV_SIZE 35328
@@ -556,10 +556,6 @@ typedef struct HovernavImuModel {
     double accel_bias_sigma_mps2;
     // Correlation time of the accelerometer bias, s.
     double accel_bias_time_s;
-    // One-sigma of each gyro's scale factor error.
-    double gyro_scale_sigma;
-    // One-sigma of each accelerometer's scale factor error.
-    double accel_scale_sigma;
     // Gyro error about the axis of a turn, as a fraction of the turn, if the filter has no states for it. The error
     // across the axis is 2.5 times as large.
     double turn_error_share;

@@ -4,7 +4,7 @@ use hovernav::earth::Geodetic;
 use hovernav::event::{BaroReading, Event, MagneticReading};
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix as CoreFix;
-use hovernav::imu::{ClippedAxes, ImuSample as CoreSample, Motion};
+use hovernav::imu::{ImuAxes, ImuSample as CoreSample, Motion};
 use hovernav::time::Time;
 
 use crate::access::{borrowed, input, object};
@@ -102,7 +102,7 @@ impl ImuSample {
             }),
             magnetic_field_gauss: has(HOVERNAV_IMU_MAGNETIC_FIELD)
                 .then_some(self.magnetic_field_gauss.into()),
-            clipped: ClippedAxes::NONE,
+            clipped: ImuAxes::NONE,
         }))
     }
 }

@@ -14,7 +14,7 @@ use crate::queue::NoticeQueue;
 use crate::status::Status;
 
 /// Version of the binary interface: increases with every change of a structure, a code or a function.
-pub const HOVERNAV_ABI: u32 = 11;
+pub const HOVERNAV_ABI: u32 = 12;
 
 /// Largest size of an object, bytes, in any build of the library. hovernav_size() gives the size in this build.
 pub const HOVERNAV_SIZE: usize = 35_328;

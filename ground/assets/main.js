@@ -38,7 +38,7 @@ const boards = {
 
 function show(name) {
   tab = name;
-  for (const button of document.querySelectorAll("nav button")) button.setAttribute("aria-selected", button.dataset.tab === name);
+  for (const button of document.querySelectorAll("[role=tab]")) button.setAttribute("aria-selected", button.dataset.tab === name);
   for (const panel of document.querySelectorAll("[role=tabpanel]")) panel.hidden = panel.id !== `tab-${name}`;
   byId("tools").hidden = !boards[name];
   byId("add").hidden = name !== "plots";
@@ -105,7 +105,7 @@ byId("theme").onclick = turnTheme;
 byId("track").onclick = () => { turnExtent(); map(byId("track")); };
 byId("colours").onclick = () => { write(byId("colours"), turnColours() ? "Track: by mode" : "Track: by time"); map(byId("track")); };
 byId("sound").onclick = turnSound;
-for (const button of document.querySelectorAll("nav button")) button.onclick = () => show(button.dataset.tab);
+for (const button of document.querySelectorAll("[role=tab]")) button.onclick = () => show(button.dataset.tab);
 
 const KEYS = {
   " ": () => { if (records.opened()) records.playOrPause(); else turnPause(); },

@@ -22,9 +22,10 @@ const STUCK_AFTER: u32 = 16;
 /// Accelerations change more in vibration, so only acceleration words beyond the rated range are checked.
 const JUMP: u16 = RATED_RANGE / 2;
 
-/// Number of packets after a rejected jump in which a further jump is accepted; one second at 33 Hz. Real motion
-/// therefore loses at most one packet in this number.
+/// Average number of packets between rejected jumps, one second at 33 Hz: violent motion loses no more packets.
 const JUMPS_APART: u32 = 33;
+/// Number of jumps that may be rejected in quick succession.
+const JUMPS_AT_ONCE: u32 = 3;
 
 /// A triad of sensors in the inertial unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -171,35 +172,44 @@ pub struct Plausibility {
 /// State of the check for single jumps.
 #[derive(Clone, Copy, Debug, Default)]
 struct Jumps {
-    /// Rates and accelerations of the last packet that was not rejected.
+    /// Rates and accelerations of the last accepted packet.
     accepted: Option<[[i16; 3]; 2]>,
-    /// Number of further packets in which a jump is accepted.
-    wait: u32,
+    /// Rates and accelerations of the last packet, if it was rejected.
+    rejected: Option<[[i16; 3]; 2]>,
+    /// [`JUMPS_APART`] for each rejected packet, less one for each packet since.
+    recent: u32,
 }
 
 impl Jumps {
-    /// Checks the rates and accelerations of a packet for a jump. Returns the fault of a rejected packet, `None` for an
-    /// accepted packet.
+    /// Checks the rates and accelerations of a packet for a jump. A second packet near a rejected one shows motion.
+    /// Returns the fault of a rejected packet, `None` for an accepted packet.
     fn check(&mut self, words: [[i16; 3]; 2]) -> Option<PlausibilityFault> {
-        let before = self.accepted.filter(|_| self.wait == 0);
-        self.wait = self.wait.saturating_sub(1);
-        let jump = before.and_then(|before| {
-            let sensors = [(Sensor::Gyros, 0), (Sensor::Accelerometers, RATED_RANGE)];
-            let triads = sensors.into_iter().zip(before.into_iter().zip(words));
-            triads.into_iter().find_map(|((sensor, least), (before, words))| {
-                let axes = before.into_iter().zip(words).enumerate();
-                axes.into_iter().find_map(|(axis, (before, counts))| {
-                    let jumps = counts.abs_diff(before) > JUMP && counts.unsigned_abs() > least;
-                    jumps.then_some(PlausibilityFault::Jump { sensor, axis, counts })
-                })
-            })
-        });
-        match jump {
-            Some(_) => self.wait = JUMPS_APART,
-            None => self.accepted = Some(words),
+        self.recent = self.recent.saturating_sub(1);
+        let is_frequent = self.recent >= (JUMPS_AT_ONCE - 1) * JUMPS_APART;
+        let is_confirmed = self.rejected.is_some_and(|before| jump(before, words).is_none());
+        let fault = self.accepted.and_then(|before| jump(before, words));
+        let fault = fault.filter(|_| !(is_confirmed || is_frequent));
+        if fault.is_some() {
+            self.rejected = Some(words);
+            self.recent += JUMPS_APART;
+        } else {
+            (self.accepted, self.rejected) = (Some(words), None);
         }
-        jump
+        fault
     }
+}
+
+/// The jump from the rates and accelerations of one packet to those of another, if there is one.
+fn jump(before: [[i16; 3]; 2], words: [[i16; 3]; 2]) -> Option<PlausibilityFault> {
+    let sensors = [(Sensor::Gyros, 0), (Sensor::Accelerometers, RATED_RANGE)];
+    let triads = sensors.into_iter().zip(before.into_iter().zip(words));
+    triads.into_iter().find_map(|((sensor, least), (before, words))| {
+        let axes = before.into_iter().zip(words).enumerate();
+        axes.into_iter().find_map(|(axis, (before, counts))| {
+            let jumps = counts.abs_diff(before) > JUMP && counts.unsigned_abs() > least;
+            jumps.then_some(PlausibilityFault::Jump { sensor, axis, counts })
+        })
+    })
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -229,7 +239,9 @@ impl Plausibility {
             }
             Packet::Voltage(_) => None,
         };
-        let words = triads.into_iter().flat_map(move |(sensor, words)| {
+        // The words of a rejected packet are not checked further: they are not used.
+        let used = triads.into_iter().filter(move |_| jump.is_none());
+        let words = used.flat_map(move |(sensor, words)| {
             words.into_iter().enumerate().filter_map(move |(axis, word)| {
                 if voltage {
                     voltage_word(sensor, axis, word)

@@ -6,10 +6,10 @@ mod triad;
 use core::fmt;
 
 pub use self::checks::Checks;
-use self::checks::any;
 use self::triad::{Limits, NOW_S, Timing, Triad};
+use super::axes::any;
 use super::held_force::{HeldForce, Sampling};
-use super::{ClippedAxes, MeanRates, Motion};
+use super::{ImuAxes, MeanRates, Motion};
 use crate::frames::{Body, Vector};
 use crate::scalar::Scalar;
 
@@ -22,50 +22,13 @@ pub struct FullScale {
     pub accel_mps2: f64,
 }
 
-/// Stuck gyros and accelerometers of an inertial unit, in one byte, because every filter keeps one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StuckAxes(u8);
-
-impl StuckAxes {
-    /// No axis is stuck.
-    pub const NONE: Self = Self(0);
-
-    /// The given stuck axes, x, y and z.
-    #[must_use]
-    pub fn new(gyro: [bool; 3], accel: [bool; 3]) -> Self {
-        let [p, q, r] = gyro.map(u8::from);
-        let [x, y, z] = accel.map(u8::from);
-        Self(p | q << 1 | r << 2 | x << 3 | y << 4 | z << 5)
-    }
-
-    /// Stuck gyros x, y and z.
-    #[must_use]
-    pub const fn gyro(self) -> [bool; 3] {
-        [self.0 & 1 != 0, self.0 & 2 != 0, self.0 & 4 != 0]
-    }
-
-    /// Stuck accelerometers x, y and z.
-    #[must_use]
-    pub const fn accel(self) -> [bool; 3] {
-        [self.0 & 8 != 0, self.0 & 16 != 0, self.0 & 32 != 0]
-    }
-
-    /// Whether any axis is stuck.
-    #[must_use]
-    pub const fn any(self) -> bool {
-        self.0 != 0
-    }
-}
-
 /// Faults found in the last sample: see [`Integrity::push`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Suspicion<T = f64> {
-    /// Gyros at full scale.
-    pub gyro_clipped: [bool; 3],
-    /// Accelerometers at full scale.
-    pub accel_clipped: [bool; 3],
+    /// Sensors at full scale.
+    pub clipped: ImuAxes,
     /// Axes that repeat one reading to the last digit although the inertial unit vibrates.
-    pub stuck: StuckAxes,
+    pub stuck: ImuAxes,
     /// Whether a shock acts on the inertial unit, far above its vibration of the last seconds.
     pub shaken: bool,
     /// Variance that the sample's interval adds to the integral of rate, beyond the usual noise, rad².
@@ -79,9 +42,8 @@ pub struct Suspicion<T = f64> {
 impl<T: Scalar> Suspicion<T> {
     /// No fault.
     pub const NONE: Self = Self {
-        gyro_clipped: [false; 3],
-        accel_clipped: [false; 3],
-        stuck: StuckAxes::NONE,
+        clipped: ImuAxes::NONE,
+        stuck: ImuAxes::NONE,
         shaken: false,
         angle_variance: [T::ZERO; 3],
         velocity_variance: [T::ZERO; 3],
@@ -92,8 +54,7 @@ impl<T: Scalar> Suspicion<T> {
     #[must_use]
     pub fn cast<U: Scalar>(&self) -> Suspicion<U> {
         Suspicion {
-            gyro_clipped: self.gyro_clipped,
-            accel_clipped: self.accel_clipped,
+            clipped: self.clipped,
             stuck: self.stuck,
             shaken: self.shaken,
             angle_variance: self.angle_variance.map(|variance| U::of(variance.wide())),
@@ -105,18 +66,12 @@ impl<T: Scalar> Suspicion<T> {
     /// Whether the fault hides part of the motion: a gyro at full scale, or a stuck axis.
     #[must_use]
     pub(crate) fn hides_motion(&self) -> bool {
-        self.stuck.any() || any(self.gyro_clipped)
+        self.stuck.any() || any(self.clipped.gyro)
     }
 
     /// Whether the sample is suspect: a sensor at full scale, a stuck axis, or a vibration far beyond the usual.
     pub(crate) fn is_suspect(&self) -> bool {
-        self.is_clipped() || self.stuck.any() || self.shaken
-    }
-
-    /// Whether any sensor is at full scale.
-    #[must_use]
-    pub fn is_clipped(&self) -> bool {
-        any(self.gyro_clipped) || any(self.accel_clipped)
+        self.clipped.any() || self.stuck.any() || self.shaken
     }
 }
 
@@ -143,14 +98,14 @@ impl fmt::Display for Axes {
 impl fmt::Display for Suspicion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [gyro, accel] = ["gyro", "accelerometer"];
-        if any(self.accel_clipped) {
-            write!(f, "{} at full scale", Axes(accel, self.accel_clipped))
-        } else if any(self.gyro_clipped) {
-            write!(f, "{} at full scale", Axes(gyro, self.gyro_clipped))
-        } else if any(self.stuck.gyro()) {
-            write!(f, "{} stuck at one reading", Axes(gyro, self.stuck.gyro()))
-        } else if any(self.stuck.accel()) {
-            write!(f, "{} stuck at one reading", Axes(accel, self.stuck.accel()))
+        if any(self.clipped.accel) {
+            write!(f, "{} at full scale", Axes(accel, self.clipped.accel))
+        } else if any(self.clipped.gyro) {
+            write!(f, "{} at full scale", Axes(gyro, self.clipped.gyro))
+        } else if any(self.stuck.gyro) {
+            write!(f, "{} stuck at one reading", Axes(gyro, self.stuck.gyro))
+        } else if any(self.stuck.accel) {
+            write!(f, "{} stuck at one reading", Axes(accel, self.stuck.accel))
         } else if self.shaken {
             f.write_str("vibration far above the usual level")
         } else {
@@ -268,7 +223,7 @@ impl<T: Scalar> Integrity<T> {
     pub fn push(
         &mut self,
         (rates, momentary): (&MeanRates<T>, bool),
-        marks: &ClippedAxes,
+        marks: &ImuAxes,
         interval_s: T,
         (scale, checks): (&FullScale, Checks),
     ) -> Suspicion<T> {
@@ -303,9 +258,8 @@ impl<T: Scalar> Integrity<T> {
         let held = self.held.push(force, accel.shock, &sampling);
         let hidden_force = held.variance.map_or(accel.hidden, |variance| [variance; 3]);
         Suspicion {
-            gyro_clipped: gyro.clipped,
-            accel_clipped: accel.clipped,
-            stuck: StuckAxes::new(gyro.stuck, accel.stuck),
+            clipped: ImuAxes { gyro: gyro.clipped, accel: accel.clipped },
+            stuck: ImuAxes { gyro: gyro.stuck, accel: accel.stuck },
             shaken: gyro.shaken || accel.shaken,
             angle_variance: sums(gyro.variance, gyro.hidden),
             velocity_variance: sums(accel.variance, hidden_force),

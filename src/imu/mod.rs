@@ -1,6 +1,6 @@
 //! Measurements of an inertial unit, in the units and axes of the filter, independent of its manufacturer.
 
-mod clipped;
+mod axes;
 mod errors;
 mod held_force;
 mod integrity;
@@ -11,9 +11,9 @@ mod rest;
 mod second_difference;
 mod vibration;
 
-pub use clipped::ClippedAxes;
+pub use axes::ImuAxes;
 pub use errors::ImuErrors;
-pub use integrity::{Checks, FullScale, Integrity, StuckAxes, Suspicion};
+pub use integrity::{Checks, FullScale, Integrity, Suspicion};
 pub use motion::{MeanRates, Motion};
 #[doc(hidden)]
 pub use notch::apparent_hz;
@@ -39,7 +39,7 @@ pub struct ImuSample {
     /// Magnetic field in body axes, gauss, if measured.
     pub magnetic_field_gauss: Option<Vector<Body>>,
     /// Sensors at full scale at some time since the previous sample, if the inertial unit reports it.
-    pub clipped: ClippedAxes,
+    pub clipped: ImuAxes,
 }
 
 impl ImuSample {
@@ -91,12 +91,6 @@ impl ImuSample {
     /// A sample of motion alone: no attitude, no magnetic field, no clipping.
     #[must_use]
     pub const fn new(time: Time, motion: Motion) -> Self {
-        Self {
-            time,
-            motion,
-            attitude: None,
-            magnetic_field_gauss: None,
-            clipped: ClippedAxes::NONE,
-        }
+        Self { time, motion, attitude: None, magnetic_field_gauss: None, clipped: ImuAxes::NONE }
     }
 }

@@ -101,42 +101,6 @@ impl Default for AlignmentConfig {
     }
 }
 
-impl AlignmentConfig {
-    /// These settings with `heading` as the only source of heading.
-    #[must_use]
-    pub const fn with_heading(mut self, heading: HeadingSource) -> Self {
-        self.heading = Some(heading);
-        self
-    }
-
-    /// These settings with the second GPS antenna at `baseline_m` from the first, body axes, m.
-    #[must_use]
-    pub const fn with_baseline_m(mut self, baseline_m: Vector<Body>) -> Self {
-        self.baseline_m = Some(baseline_m);
-        self
-    }
-
-    /// These settings with `duration_s` seconds of inertial data.
-    #[must_use]
-    pub const fn with_duration_s(mut self, duration_s: f64) -> Self {
-        self.duration_s = duration_s;
-        self
-    }
-
-    /// These settings with a magnetic declination, east positive, rad: for the magnetometer, and for the inertial
-    /// unit's yaw if `attitude_is_magnetic`.
-    #[must_use]
-    pub const fn with_declination_rad(
-        mut self,
-        declination_rad: f64,
-        attitude_is_magnetic: bool,
-    ) -> Self {
-        self.declination_rad = declination_rad;
-        self.attitude_declination_rad = if attitude_is_magnetic { declination_rad } else { 0.0 };
-        self
-    }
-}
-
 /// Initial state of a filter: the result of alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {

@@ -91,8 +91,7 @@ impl<T: Scalar> Integrator<T> {
         self.push_finite(sample.time, motion, errors)
     }
 
-    /// [`push`](Self::push) for a motion known to be finite. Inlined, so that scale factors that are not states cost
-    /// nothing.
+    /// [`push`](Self::push) for a motion known to be finite.
     #[inline(always)]
     pub(crate) fn push_finite(
         &mut self,

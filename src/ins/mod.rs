@@ -11,7 +11,7 @@ pub use alignment::{Aligner, Alignment, AlignmentConfig, HeadingSource, Start};
 // The parts of the strapdown mechanization, public for tests and benchmarks.
 #[doc(hidden)]
 pub use increments::{Increment, Integrator};
-pub use lever_arm::{AngularAcceleration, LeverArm};
+pub use lever_arm::LeverArm;
 #[doc(hidden)]
 pub use mechanization::Advance;
 pub use mechanization::NavState;

@@ -7,7 +7,7 @@ use hovernav::earth::Geodetic;
 use hovernav::event::RangeReading;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::{AntennaHeading, Fix};
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_dataset::{Dataset, Manifest};
 use proptest::prelude::*;
@@ -260,7 +260,7 @@ fn dataset() -> impl Strategy<Value = Dataset> {
                     },
                     attitude,
                     magnetic_field_gauss,
-                    clipped: ClippedAxes { gyro: marks[0], accel: marks[1] },
+                    clipped: ImuAxes { gyro: marks[0], accel: marks[1] },
                 }
             })
     };

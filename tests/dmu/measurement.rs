@@ -119,8 +119,17 @@ fn a_single_jump_is_rejected_and_a_lasting_one_is_motion() {
     };
     assert_eq!(jumps(&[100, -50, i16::MAX, 80, 20]), [false, false, true, false, false]);
     assert_eq!(jumps(&[100, -50, i16::MIN, 80, 20]), [false, false, true, false, false]);
+    // Damaged packets shortly after each other.
+    let damaged = [0, i16::MAX, 30, i16::MIN, 20, -10, i16::MAX, 0];
+    assert_eq!(jumps(&damaged), [false, true, false, true, false, false, true, false]);
+    assert_eq!(jumps(&[0, i16::MAX, i16::MIN, 20]), [false, true, true, false]);
     // A fast manoeuvre: its first packet is lost, the others are used, also at full scale.
-    assert_eq!(jumps(&[0, 15_000, 16_000, 17_000, i16::MAX]), [false, true, false, false, false]);
+    let fast = [0, 15_000, 16_000, 17_000, 26_000, i16::MAX];
+    assert_eq!(jumps(&fast), [false, true, false, false, false, false]);
+    // Motion of 15 Hz at full scale: one packet a second is lost.
+    let violent: Vec<i16> =
+        (0..330).map(|k| if k % 2 == 0 { i16::MAX } else { i16::MIN }).collect();
+    assert!((10..=13).contains(&jumps(&violent).iter().filter(|jump| **jump).count()));
     // A manoeuvre that grows over several packets: all its packets are used.
     assert!(jumps(&[0, 9_000, 18_000, 24_000, 18_000, 9_000, 0]).iter().all(|jump| !jump));
     // Vibration makes accelerations jump. Within the rated range, the packets stay valid.

@@ -154,7 +154,8 @@ fn a_vehicle_already_flying_aligns_with_a_wider_level() {
 fn the_units_own_attitude_is_taken_with_its_declination() {
     let shown = EulerAngles::from_degrees(5.0, -4.0, 178.0);
     let still = Still { shown: Some(shown), ..Still::at(0.0, 0.0, 0.0) };
-    let config = AlignmentConfig::default().with_declination_rad(7f64.to_radians(), true);
+    let config =
+        AlignmentConfig { attitude_declination_rad: 7f64.to_radians(), ..Default::default() };
     let alignment = still.aligned(config, fix()).unwrap();
     assert_eq!(alignment.heading, HeadingSource::Attitude);
     assert!(alignment.attitude_given);
@@ -172,7 +173,7 @@ fn the_magnetometer_is_levelled_and_its_declination_added() {
     for (roll, pitch, yaw) in [(0.0, 0.0, 10.0), (20.0, -15.0, 175.0), (-35.0, 30.0, -100.0)] {
         let field = Vector::new(0.2 * cos, 0.2 * sin, 0.43);
         let still = Still { field_gauss: Some(field), ..Still::at(roll, pitch, yaw) };
-        let config = AlignmentConfig::default().with_declination_rad(declination_rad, false);
+        let config = AlignmentConfig { declination_rad, ..Default::default() };
         let alignment = still.aligned(config, fix()).unwrap();
         assert_eq!(alignment.heading, HeadingSource::Magnetometer);
         let off = wrap_angle((euler_deg(&alignment)[2] - yaw).to_radians());
@@ -191,7 +192,7 @@ fn a_vertical_field_gives_no_heading() {
 
 #[test]
 fn the_course_gives_the_heading_only_when_named_and_fast_enough() {
-    let config = AlignmentConfig::default().with_heading(HeadingSource::Course);
+    let config = AlignmentConfig { heading: Some(HeadingSource::Course), ..Default::default() };
     let at_speed = |north, east| Fix { horizontal_velocity_mps: Some([north, east]), ..fix() };
     let still = Still::at(0.0, 0.0, 0.0);
     let alignment = still.aligned(config, at_speed(-5.0, 5.0)).unwrap();
@@ -204,7 +205,7 @@ fn the_course_gives_the_heading_only_when_named_and_fast_enough() {
 
 #[test]
 fn position_and_velocity_are_the_units_not_the_antennas() {
-    let config = AlignmentConfig::default().with_heading(HeadingSource::Attitude);
+    let config = AlignmentConfig { heading: Some(HeadingSource::Attitude), ..Default::default() };
     let mounting = Mounting::default()
         .with_imu_lever_arm_m(Vector::new(0.0, 0.0, 0.3))
         .with_antenna_lever_arm_m(Vector::new(-1.0, 0.0, 0.0));
@@ -225,7 +226,7 @@ fn position_and_velocity_are_the_units_not_the_antennas() {
 #[test]
 fn without_enough_samples_or_with_a_fix_of_another_time_nothing_is_aligned() {
     let still = Still::at(0.0, 0.0, 0.0);
-    let long = AlignmentConfig::default().with_duration_s(3.0);
+    let long = AlignmentConfig { duration_s: 3.0, ..Default::default() };
     assert_eq!(still.aligned(long, fix()), None);
     for off_s in [-10.0, 10.0, 1e6] {
         let elsewhen = Fix { time: fix().time + off_s, ..fix() };

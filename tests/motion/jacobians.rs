@@ -4,7 +4,7 @@
 use approx::assert_abs_diff_eq;
 use hovernav::earth::Geodetic;
 use hovernav::ekf::covariance::{Covariance, Gain, Sensitivity, Transition};
-use hovernav::ekf::layout::WithScaleFactors;
+use hovernav::ekf::layout::Base;
 use hovernav::ekf::{Ekf, EkfConfig, Trace};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::imu::{ImuErrors, ImuSample, Motion};
@@ -12,8 +12,8 @@ use hovernav::ins::{Increment, Integrator, Mounting, NavState, Start};
 use hovernav::time::Time;
 use nalgebra::SMatrix;
 
-const N: usize = 22;
-const STATES: usize = 21;
+const N: usize = 16;
+const STATES: usize = 15;
 type Matrix = SMatrix<f64, N, N>;
 
 /// A moment of flight: state, then the rates and specific forces at both ends of the step.
@@ -54,12 +54,8 @@ impl Moment {
             velocity_mps: self.state.velocity_mps + block(3).into(),
             body_to_ned: self.state.body_to_ned.turned_in_to(block(0).into()),
         };
-        let errors = ImuErrors {
-            gyro_bias_radps: block(9).into(),
-            accel_bias_mps2: block(12).into(),
-            gyro_scale: block(15),
-            accel_scale: block(18),
-        };
+        let errors =
+            ImuErrors { gyro_bias_radps: block(9).into(), accel_bias_mps2: block(12).into() };
         state.advance(state.time + self.interval_s, &self.increment(&errors));
         state
     }
@@ -105,7 +101,7 @@ impl Moment {
         for column in 0..N {
             let mut covariance = Covariance::<f64, N>::zero();
             covariance.set_variance(column, 1.0);
-            covariance.propagate::<WithScaleFactors>(&step);
+            covariance.propagate(&step);
             let diagonal = covariance.variance(column).sqrt();
             for row in 0..N {
                 phi[(row, column)] = covariance.entry(row, column) / diagonal;
@@ -130,7 +126,7 @@ impl Moment {
         config.imu.velocity_random_walk_mps = 0.0;
         config.imu.accel_vibration_share = 0.0;
         config.imu.accel_bias_sigma_mps2 = 1e-9;
-        let mut filter = Ekf::<WithScaleFactors, N>::new(config, Mounting::default(), start);
+        let mut filter = Ekf::<Base, N>::new(config, Mounting::default(), start);
         let mut steps = Steps::default();
         for sample in self.samples() {
             filter.predict_traced(&sample, &mut steps).unwrap();
@@ -189,16 +185,13 @@ fn omitted(row: usize, column: usize, interval_s: f64) -> f64 {
         0 => SLOW * pushed,
         1 | 2 => SLOW * interval_s,
         3 => half * pushed,
-        4 => half * turned,
-        5 => half * pushed * rate,
-        _ => half * turned * force,
+        _ => half * turned,
     };
     1e-8 + match row {
         0 => match column {
             0 | 1 => SLOW * interval_s,
             2 => 1e-10,
             3 => half * turned,
-            5 => half * turned * rate,
             _ => 1e-10,
         },
         1 => velocity(column),
@@ -247,7 +240,7 @@ fn a_second_of_steps_moves_the_covariance_as_the_mechanization_does() {
         for state in 9..N {
             numeric[(state, state)] = relaxation.decay[state];
         }
-        let sigmas = [0.05, 0.5, 3.0, 0.005, 0.05, 0.005, 0.005];
+        let sigmas = [0.05, 0.5, 3.0, 0.005, 0.05];
         let mut covariance = Covariance::<f64, N>::zero();
         let mut dense = Matrix::zeros();
         for state in 0..STATES {
@@ -274,7 +267,7 @@ fn a_second_of_steps_moves_the_covariance_as_the_mechanization_does() {
         }
         // The same step repeatedly: a hundred of 10 ms, or thirty-three of 30.
         for _ in 0..(1.0 / moment.interval_s) as usize {
-            covariance.propagate::<WithScaleFactors>(&step);
+            covariance.propagate(&step);
             dense = numeric * dense * numeric.transpose() + noise;
         }
         for row in 0..STATES {

@@ -5,7 +5,7 @@ use approx::assert_abs_diff_eq;
 use hovernav::earth::{EARTH_RATE_RADPS, Geodetic, LocalEarth};
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::imu::{ImuErrors, ImuSample, Motion};
-use hovernav::ins::{AngularAcceleration, Integrator, LeverArm, NavState};
+use hovernav::ins::{Integrator, LeverArm, NavState};
 use hovernav::time::Time;
 use hovernav_sim::{DmuConfig, DmuOutput, FlightPlan, GpsConfig, Trajectory, fly};
 
@@ -335,46 +335,5 @@ fn what_the_unit_feels_is_carried_to_the_centre_of_gravity_of_the_test_flight() 
         );
         // The remainder is the change of gravity over the arm: 3e-6 s⁻² · 0.28 m.
         assert!((carried - centre.specific_force_mps2).norm() < 2e-6);
-    }
-}
-
-#[test]
-fn the_slope_of_a_straight_rate_is_exact_whatever_the_intervals() {
-    let mut slope = AngularAcceleration::<9>::default();
-    let (start, acceleration) = (Vector::new(0.4, -0.2, 1.0), Vector::new(3.0, -20.0, 0.5));
-    let mut now_s = 0.0;
-    for k in 0..60 {
-        now_s += 0.03 * (1.0 + 0.5 * f64::from(k).sin());
-        let time = Time::from_seconds(now_s);
-        let found = slope.push(time, start + acceleration * time.seconds());
-        assert_eq!(found.is_some(), k >= 8);
-        assert!(found.is_none_or(|found| (found - acceleration).norm() < 1e-11));
-    }
-}
-
-fn noise_gain<const W: usize>(period_s: f64) -> f64 {
-    let weights = (0..W).map(|hit| {
-        let mut slope = AngularAcceleration::<W>::default();
-        let pushed = (0..W).map(|k| {
-            let rate = Vector::new(if k == hit { 1.0 } else { 0.0 }, 0.0, 0.0);
-            slope.push(Time::ZERO + k as f64 * period_s, rate)
-        });
-        pushed.last().flatten().unwrap().x()
-    });
-    weights.map(|weight| weight * weight).sum::<f64>().sqrt()
-}
-
-#[test]
-fn the_slope_passes_the_noise_that_its_formula_says() {
-    let formula = |w: f64, period_s: f64| (12.0 / (w * (w * w - 1.0))).sqrt() / period_s;
-    for period_s in [0.03, 0.01] {
-        for (found, w) in [
-            (noise_gain::<2>(period_s), 2.0),
-            (noise_gain::<5>(period_s), 5.0),
-            (noise_gain::<9>(period_s), 9.0),
-            (noise_gain::<33>(period_s), 33.0),
-        ] {
-            assert_abs_diff_eq!(found / formula(w, period_s), 1.0, epsilon = 1e-12);
-        }
     }
 }

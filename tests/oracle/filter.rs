@@ -71,12 +71,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
     }
 
     fn unit_errors(&self) -> UnitErrors {
-        let optional =
-            |first: Option<usize>| first.map_or(Vector::zeros(), |first| self.block(first));
-        UnitErrors {
-            bias: [self.block(GYRO_BIAS), self.block(ACCEL_BIAS)],
-            scale: [optional(L::GYRO_SCALE), optional(L::ACCEL_SCALE)],
-        }
+        UnitErrors { bias: [self.block(GYRO_BIAS), self.block(ACCEL_BIAS)] }
     }
 
     /// Propagates state and covariance to the next sample. `learned` holds the learned quantities after this sample.
@@ -104,20 +99,12 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
 
     fn step(&mut self, sample: &ImuSample, step: &Increment, learned: &Learned) -> Vector {
         let advance = self.nominal.advance(sample.time, step);
-        let [angle_variance, velocity_variance] = noise::of_sensors(
-            &self.config,
-            learned,
-            step,
-            &self.rate_radps,
-            &mut self.net_turn,
-            L::GYRO_SCALE.is_some(),
-        );
+        let [angle_variance, velocity_variance] =
+            noise::of_sensors(&self.config, learned, step, &self.rate_radps, &mut self.net_turn);
         let share = learned.level_share;
         let sums = Sums {
             seconds: step.seconds,
             cosines: advance.cosines,
-            rotation_rad: step.rotation_rad,
-            velocity_mps: step.velocity_mps,
             force_mps: advance.force_mps.component_mul(&Vector::new(share, share, 1.0)),
             angle_variance,
             velocity_variance,
@@ -125,7 +112,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
         let sums = self.pending.take().map_or(sums, |before| sums.after(&before));
         self.pending = Some(sums);
         let is_due = sums.seconds >= self.config.imu.covariance_interval_s;
-        if is_due || learned.suspicion.is_clipped() {
+        if is_due || learned.suspicion.clipped.any() {
             self.catch_up(learned);
         }
         self.history.push(sample.time, step, &advance);
@@ -154,7 +141,7 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
     /// Propagates the covariance over the steps since it was last propagated.
     pub fn catch_up(&mut self, learned: &Learned) {
         if let Some(sums) = self.pending.take() {
-            self.propagate(&sums.transition::<L, N>(), &sums.noise());
+            self.propagate(&sums.transition(), &sums.noise());
             self.unrelaxed_s += sums.seconds;
             self.relax_when_due(learned);
         }
@@ -207,8 +194,6 @@ impl<L: Layout<N>, const N: usize> Filter<L, N> {
             (Some(POSITION), 1e4),
             (Some(GYRO_BIAS), imu.gyro_bias_sigma_radps),
             (Some(ACCEL_BIAS), imu.accel_bias_sigma_mps2),
-            (L::GYRO_SCALE, imu.gyro_scale_sigma),
-            (L::ACCEL_SCALE, imu.accel_scale_sigma),
         ];
         blocks.push((L::ATTITUDE_REFERENCE, attitude.tilt_wander_rad));
         for (first, sigma) in blocks {

@@ -93,18 +93,16 @@ pub fn wrapped(angle_rad: f64) -> f64 {
     if angle_rad.abs() <= PI { angle_rad } else { angle_rad - TAU * (angle_rad / TAU).round() }
 }
 
-/// The known errors of the inertial unit (S1): a bias and a scale factor error for each gyro and accelerometer.
+/// The known errors of the inertial unit (S1): a bias of each gyro and accelerometer.
 #[derive(Clone, Copy, Debug)]
 pub struct UnitErrors {
     pub bias: [Vector; 2],
-    pub scale: [Vector; 2],
 }
 
 impl UnitErrors {
     /// Angular rate (`sensor` 0) or specific force (1) without errors, or its integral over `seconds`.
     fn removed(&self, sensor: usize, measured: &Vector, seconds: f64) -> Vector {
-        let unscaled = Vector::repeat(1.0) - self.scale[sensor];
-        (measured - self.bias[sensor] * seconds).component_mul(&unscaled)
+        measured - self.bias[sensor] * seconds
     }
 }
 

@@ -43,7 +43,6 @@ pub fn of_sensors(
     step: &Increment,
     rate_radps: &Vector,
     net_turn: &mut NetTurn,
-    has_gyro_scale: bool,
 ) -> [Vector; 2] {
     let imu = &config.imu;
     let [gyro_vibration, accel_vibration] = &learned.vibration;
@@ -54,14 +53,12 @@ pub fn of_sensors(
     let accel_walk = imu.velocity_random_walk_mps;
     let accel = density(accel_walk, imu.accel_vibration_share, alike_s, accel_vibration);
     let mut angle = gyro * over_s + Vector::from(learned.suspicion.angle_variance);
-    if !has_gyro_scale {
-        let turned = step.rotation_rad.component_mul(rate_radps).sup(&Vector::zeros());
-        let about = imu.turn_error_time_s * imu.turn_error_share.powi(2);
-        let across = about * 2.5 * 2.5;
-        angle += turned * about + (Vector::repeat(turned.sum()) - turned) * across;
-        let grown = net_turn.push(step, imu.net_turn_memory_s);
-        angle += grown * imu.net_turn_error_share.powi(2);
-    }
+    let turned = step.rotation_rad.component_mul(rate_radps).sup(&Vector::zeros());
+    let about = imu.turn_error_time_s * imu.turn_error_share.powi(2);
+    let across = about * 2.5 * 2.5;
+    angle += turned * about + (Vector::repeat(turned.sum()) - turned) * across;
+    let grown = net_turn.push(step, imu.net_turn_memory_s);
+    angle += grown * imu.net_turn_error_share.powi(2);
     [angle, accel * over_s + Vector::from(learned.suspicion.velocity_variance)]
 }
 

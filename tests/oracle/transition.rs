@@ -1,6 +1,6 @@
 //! The transition of the error state: F as continuous error dynamics, and Φ over a step (K2).
 
-use hovernav::ekf::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use hovernav::ekf::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, POSITION, VELOCITY};
 use nalgebra::{Matrix3, SMatrix};
 
 use crate::mechanization::{Vector, skew};
@@ -13,9 +13,6 @@ pub struct Sums {
     pub seconds: f64,
     /// C at the start of the last step.
     pub cosines: Matrix3<f64>,
-    /// ϑ and Δv in body axes.
-    pub rotation_rad: Vector,
-    pub velocity_mps: Vector,
     /// Δv_f; its horizontal part counts by the fraction that is motion (K23).
     pub force_mps: Vector,
     /// Σ σ² of gyros, rad², and accelerometers, (m/s)², for each axis of the body (K4).
@@ -29,8 +26,6 @@ impl Sums {
         Self {
             seconds: before.seconds + self.seconds,
             cosines: self.cosines,
-            rotation_rad: before.rotation_rad + self.rotation_rad,
-            velocity_mps: before.velocity_mps + self.velocity_mps,
             force_mps: before.force_mps + self.force_mps,
             angle_variance: before.angle_variance + self.angle_variance,
             velocity_variance: before.velocity_variance + self.velocity_variance,
@@ -40,26 +35,18 @@ impl Sums {
     /// G, the effect of the integrals of all errors except position on attitude and velocity over the step: δψ⁺ = δψ +
     /// (G x)_ψ and δv⁺ = δv + (G x)_v. These are the error dynamics F of Groves (14.63 to 14.73) times Δt, without the
     /// terms below 2e-4 per second.
-    fn driven<L: Layout<N>, const N: usize>(&self) -> Matrix<N> {
+    fn driven<const N: usize>(&self) -> Matrix<N> {
         let mut g = Matrix::zeros();
         let turn = self.cosines * self.seconds;
         set(&mut g, ATTITUDE, GYRO_BIAS, &-turn);
         set(&mut g, VELOCITY, ATTITUDE, &-skew(&self.force_mps));
         set(&mut g, VELOCITY, ACCEL_BIAS, &-turn);
-        if let Some(first) = L::GYRO_SCALE {
-            let scaled = self.cosines * Matrix3::from_diagonal(&self.rotation_rad);
-            set(&mut g, ATTITUDE, first, &-scaled);
-        }
-        if let Some(first) = L::ACCEL_SCALE {
-            let scaled = self.cosines * Matrix3::from_diagonal(&self.velocity_mps);
-            set(&mut g, VELOCITY, first, &-scaled);
-        }
         g
     }
 
     /// Φ over the step (K2), before the parameters relax.
-    pub fn transition<L: Layout<N>, const N: usize>(&self) -> Matrix<N> {
-        with_position(Matrix::identity() + self.driven::<L, N>(), self.seconds)
+    pub fn transition<const N: usize>(&self) -> Matrix<N> {
+        with_position(Matrix::identity() + self.driven(), self.seconds)
     }
 }
 

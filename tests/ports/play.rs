@@ -15,7 +15,7 @@ use hovernav::gps::tsip::Startup;
 use hovernav::gps::ubx::Configuration;
 use hovernav::gps::{Fix, Protocol, Receiver, ReceiverFix};
 use hovernav::imu::Motion;
-use hovernav::imu::{ClippedAxes, ImuSample};
+use hovernav::imu::{ImuAxes, ImuSample};
 use hovernav::time::Time;
 use hovernav_dataset::Dataset;
 use hovernav_fly::devices::RecordedDevice;
@@ -42,7 +42,7 @@ fn flight(seconds: u32) -> Dataset {
                 yaw_rad: hovernav::frames::wrap_angle(3.0 + 0.2 * phase),
             }),
             magnetic_field_gauss: Some(Vector::new(0.2, 0.1 * phase.cos(), 0.4)),
-            clipped: ClippedAxes::NONE,
+            clipped: ImuAxes::NONE,
         }
     });
     let fixes = (0..seconds).map(|second| Fix {

@@ -108,7 +108,7 @@ impl Work {
                     _ = black_box(copy.update_antenna_heading(heading, None, &model, &mut ()));
                 }
                 "notch, two harmonics" => _ = black_box(notch.filter(black_box(&sample))),
-                "covariance, one step" => black_box(&mut p).propagate::<L>(black_box(&step)),
+                "covariance, one step" => black_box(&mut p).propagate(black_box(&step)),
                 _ => update::<L, N>(black_box(&mut p), black_box(&arms)),
             }
         }

@@ -50,8 +50,6 @@ pub fn transition<const N: usize>() -> Transition<f64, N> {
         interval_s: crate::PERIOD_S,
         turn: matrix(crate::PERIOD_S),
         force: [0.01, 0.02, -0.3],
-        scaled_rotation: matrix(0.001),
-        scaled_velocity: matrix(0.3),
         attitude_noise: [1e-8, 0.0, 0.0, 1e-8, 0.0, 1e-8],
         velocity_noise: [1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4],
         position_noise: [0.0; 3],
@@ -74,7 +72,7 @@ pub fn covariance<L: Layout<N>, const N: usize>() -> Covariance<f64, N> {
     }
     let step = transition();
     for _ in 0..100 {
-        p.propagate::<L>(&step);
+        p.propagate(&step);
     }
     p
 }
@@ -153,7 +151,7 @@ fn time<L: Layout<N>, const N: usize>(
     for _ in 0..cycles.min(100_000) {
         pace.rest();
         let mut p = start;
-        propagation.time(|| black_box(&mut p).propagate::<L>(black_box(&transition)));
+        propagation.time(|| black_box(&mut p).propagate(black_box(&transition)));
         axes.time(|| update::<L, N>(black_box(&mut p), black_box(&arms)));
     }
 

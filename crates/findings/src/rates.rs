@@ -1,7 +1,7 @@
 //! Conversion of inertial samples of any form to mean rates.
 
 use crate::limits::vibration_mps;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 /// Axes of the inertial unit, in the order of [`Rates::six`].
@@ -19,7 +19,7 @@ pub(crate) struct Rates {
     /// Specific force, m/s².
     pub force_mps2: [f64; 3],
     /// The inertial unit's own full-scale marks.
-    pub clipped: ClippedAxes,
+    pub clipped: ImuAxes,
 }
 
 impl Rates {
@@ -116,7 +116,7 @@ mod tests {
                     interval_s: 0.01,
                     turn_radps: [value; 3],
                     force_mps2: [value; 3],
-                    clipped: ClippedAxes::NONE,
+                    clipped: ImuAxes::NONE,
                 });
             }
             vibration.rms().map(|rms| rms[0])

@@ -117,7 +117,7 @@ fn power(segments: &[&[Rates]], of: impl Fn(&Rates) -> f64, waves: &[(f64, f64)]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hovernav::imu::ClippedAxes;
+    use hovernav::imu::ImuAxes;
     use hovernav::time::Time;
 
     #[test]
@@ -134,7 +134,7 @@ mod tests {
                     interval_s: 0.01,
                     turn_radps: [0.1 * noise; 3],
                     force_mps2: [noise, noise, line + noise - 9.8],
-                    clipped: ClippedAxes::NONE,
+                    clipped: ImuAxes::NONE,
                 }
             })
             .collect();

@@ -78,10 +78,6 @@ pub struct ImuModel {
     pub accel_bias_sigma_mps2: f64,
     /// Correlation time of the accelerometer bias, s.
     pub accel_bias_time_s: f64,
-    /// One-sigma of each gyro's scale factor error.
-    pub gyro_scale_sigma: f64,
-    /// One-sigma of each accelerometer's scale factor error.
-    pub accel_scale_sigma: f64,
     /// Gyro error about the axis of a turn, as a fraction of the turn, if the filter has no states for it. The error
     /// across the axis is 2.5 times as large.
     pub turn_error_share: f64,
@@ -251,7 +247,7 @@ pub struct Config {
 mirror!(ImuModel, core_ekf::ImuModel {
     angle_random_walk_rad velocity_random_walk_mps gyro_vibration_share accel_vibration_share
     accel_vibration_time_s gyro_bias_sigma_radps gyro_bias_time_s accel_bias_sigma_mps2
-    accel_bias_time_s gyro_scale_sigma accel_scale_sigma turn_error_share turn_error_time_s
+    accel_bias_time_s turn_error_share turn_error_time_s
     net_turn_error_share net_turn_memory_s gyro_range_radps accel_range_mps2 gap_s
     gap_acceleration_mps2 gap_rate_radps covariance_interval_s
 });

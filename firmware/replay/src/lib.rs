@@ -47,7 +47,7 @@ pub fn config() -> EstimatorConfig {
 #[must_use]
 pub fn config_without_heading() -> EstimatorConfig {
     let mut config = config();
-    config.alignment = config.alignment.with_heading(HeadingSource::Unknown);
+    config.alignment.heading = Some(HeadingSource::Unknown);
     config.aiding.attitude = false;
     config.aiding.magnetometer = false;
     config

@@ -69,7 +69,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             let time = self.filter.state.time;
             // The heading comes from motion alone, so it counts as unconfirmed. A heading found with two antennas does
             // not: their next readings correct it.
-            self.filter.memory.gates.start_unconfirmed_heading(time);
+            self.filter.memory.gates.heading_replaced = time;
             self.accept_heading(&motion, (time, FOUND_SIGMA_RAD), trace, notify);
         } else {
             self.filter.follow(&motion, trace);

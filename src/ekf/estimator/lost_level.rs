@@ -15,6 +15,7 @@ use crate::ekf::outcome::group::Group;
 use crate::ekf::outcome::innovation::Verdict;
 use crate::ekf::outcome::prediction::ResetCause;
 use crate::ekf::outcome::report::Report;
+use crate::ekf::watch::OUTLIER_SIGMAS;
 use crate::event::Event;
 use crate::gps::Fix;
 use crate::ins::{Alignment, HeadingSource, Start};
@@ -24,8 +25,6 @@ use crate::scalar::Scalar;
 const LOST_RAD: f64 = 0.26;
 /// Largest one-sigma, rad, of an alignment that counts as evidence against the filter.
 const SURE_RAD: f64 = 0.2;
-/// Minimum difference from the filter, in one-sigmas, that counts as evidence against the filter.
-const SIGMAS: f64 = 3.0;
 /// Largest time difference, s, between a fix and the last sample for the two to describe the same motion.
 const FRESH_S: f64 = 0.5;
 /// Minimum cosine of the angle (25°) between an axis and straight down. Only about such a steep axis does a heading
@@ -93,7 +92,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         }
         self.level = Level::Believed;
         let Some(off_rad) = self.force_direction_error_rad(&alignment) else { return };
-        if off_rad > LOST_RAD.max(SIGMAS * sigma_rad) {
+        if off_rad > LOST_RAD.max(OUTLIER_SIGMAS * sigma_rad) {
             self.restart_from(&alignment, trace);
             let time = self.filter.state.time;
             notify(Notice::CovarianceReset { time, cause: ResetCause::Misaligned { off_rad } });
@@ -117,7 +116,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         let is_open = alignment.heading == HeadingSource::Unknown || down < STEEP;
         let aligned = if is_open { open_about(start, alignment.axis) } else { start };
         self.filter.realign(&aligned, trace);
-        self.filter.memory.gates.start_unconfirmed_heading(self.filter.state.time);
+        self.filter.memory.gates.heading_replaced = self.filter.state.time;
         self.wheels.forget();
         if is_open {
             self.level = Level::Lost;

@@ -107,8 +107,8 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     rangefinder: Rangefinder,
     antenna_heading: AntennaHeadingModel,
     waiting_fixes: [Option<Fix>; MAX_WAITING],
-    /// [`signature`] of the last fix.
-    last_signature: u32,
+    /// Position, m, and velocity, m/s, horizontal and down, of the last fix.
+    last_reported: Option<(Geodetic, Option<[f64; 2]>, Option<f64>)>,
     /// Whether the last fix is a repetition although the vehicle moves.
     is_frozen: bool,
     level: Level,
@@ -170,7 +170,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             rangefinder: config.rangefinder,
             antenna_heading: config.antenna_heading,
             waiting_fixes: [None; MAX_WAITING],
-            last_signature: 0,
+            last_reported: None,
             is_frozen: false,
             level: Level::Believed,
             wheels: WheelWatch::of(config.vehicle_kind),
@@ -376,8 +376,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// horizontal velocity of the fix exceeds [`REPEATED_MPS`], or the filter's speed exceeds it by three one-sigmas. A
     /// receiver at rest may repeat itself.
     fn repeats(&mut self, fix: &Fix) -> bool {
-        let said = signature(fix);
-        if core::mem::replace(&mut self.last_signature, said) != said {
+        let reported = Some((fix.position, fix.horizontal_velocity_mps, fix.down_velocity_mps));
+        if core::mem::replace(&mut self.last_reported, reported) != reported {
             self.is_frozen = false;
             return false;
         }
@@ -488,19 +488,3 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
 fn level_square(fix: &Fix) -> Option<f64> {
     fix.horizontal_velocity_mps.map(|[north, east]| square(north) + square(east))
 }
-
-/// A hash that is equal for two fixes if position and velocity are identical bit for bit.
-fn signature(fix: &Fix) -> u32 {
-    let [north, east] = fix.horizontal_velocity_mps.unwrap_or([f64::NAN; 2]);
-    let Geodetic { latitude_rad, longitude_rad, height_m } = fix.position;
-    let down = fix.down_velocity_mps.unwrap_or(f64::NAN);
-    let mixed = [latitude_rad, longitude_rad, height_m, north, east, down]
-        .into_iter()
-        .fold(FNV_START, |mixed, said| (mixed ^ said.to_bits()).wrapping_mul(FNV_PRIME));
-    (mixed >> 32) as u32
-}
-
-/// Start value of a 64-bit Fowler–Noll–Vo hash.
-const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
-/// Factor of a 64-bit Fowler–Noll–Vo hash.
-const FNV_PRIME: u64 = 0x0100_0000_01b3;

@@ -15,8 +15,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         ImuErrors {
             gyro_bias_radps: self.block(GYRO_BIAS).into(),
             accel_bias_mps2: self.block(ACCEL_BIAS).into(),
-            gyro_scale: L::GYRO_SCALE.map_or([T::ZERO; 3], |first| self.block(first)),
-            accel_scale: L::ACCEL_SCALE.map_or([T::ZERO; 3], |first| self.block(first)),
         }
     }
 
@@ -33,7 +31,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    /// The estimate of one parameter: a bias, a scale factor, a latency. Zero for a state that is not a parameter or
+    /// The estimate of one parameter: a bias, a latency. Zero for a state that is not a parameter or
     /// does not exist.
     #[must_use]
     pub fn parameter(&self, state: usize) -> f64 {

@@ -92,8 +92,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.memory.attitude_watch.corrected([0.0, 0.0, turn_rad as f32]);
         self.memory.attitude_lost = None;
         self.memory.antenna_heading.disagreed_at = Some(time);
-        self.memory.gates.suspect_filter(time);
-        self.memory.gates.start_unconfirmed_heading(time);
+        self.memory.gates.suspected = time;
+        self.memory.gates.heading_replaced = time;
         let [wander_rad, _] = self.memory.heading_wander;
         self.forget_heading_error(wander_rad);
     }
@@ -197,9 +197,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         variance: f64,
         trace: &mut impl Trace<T, N>,
     ) {
-        self.covariance.add_variance(state, variance);
-        let relaxation = Relaxation::opening(state, [variance]);
-        trace.propagated(&Transition::of_relaxation(relaxation));
+        self.apply(Relaxation::opening(state, [variance]), trace);
     }
 
     /// Raises the variance of the gyro biases to at least `variance`, (rad/s)².
@@ -207,8 +205,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(in crate::ekf) fn open_gyro_bias(&mut self, variance: f64, trace: &mut impl Trace<T, N>) {
         self.catch_up(trace);
         let missing = |axis| (variance - self.covariance.variance(GYRO_BIAS + axis)).max(0.0);
-        let relaxation = Relaxation::opening(GYRO_BIAS, [0, 1, 2].map(missing));
-        self.propagate(&Transition::of_relaxation(relaxation), trace);
+        self.apply(Relaxation::opening(GYRO_BIAS, [0, 1, 2].map(missing)), trace);
     }
 
     /// Adds `off_rad`² to the variances of the heading and of the heading source's slow error, if that is a state.

@@ -150,12 +150,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     pub(super) fn open_blocks(&mut self) {
         let config = self.config;
-        if let Some(first) = L::GYRO_SCALE {
-            self.open(first, [config.imu.gyro_scale_sigma; 3]);
-        }
-        if let Some(first) = L::ACCEL_SCALE {
-            self.open(first, [config.imu.accel_scale_sigma; 3]);
-        }
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let tilt = config.attitude.tilt_wander_rad;
             let [heading, _] = self.memory.heading_wander;
@@ -239,7 +233,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let suspicion = &self.samples.suspicion;
         let held = suspicion.withheld_mps2.dot(suspicion.withheld_mps2) > T::ZERO;
         if suspicion.is_suspect() || held {
-            self.memory.gates.suspect_filter(sample.time);
+            self.memory.gates.suspected = sample.time;
         }
         if held {
             increment.velocity_mps -= suspicion.withheld_mps2 * increment.interval_s;
@@ -276,7 +270,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.sum_up(increment, &advance, trace);
         self.history.push(time, increment, &advance);
         let suspicion = &self.samples.suspicion;
-        let whole = !(suspicion.is_clipped() || suspicion.stuck.any());
+        let whole = !(suspicion.clipped.any() || suspicion.stuck.any());
         self.samples.self_contradiction.add(advance.from_specific_force_mps, whole);
         Some(advance.frame_rotation_rad * (T::ONE / increment.interval_s))
     }
@@ -287,7 +281,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.catch_up(trace);
         let before = self.state;
         let interval_s = time.seconds_since(self.state.time);
-        self.memory.gates.suspect_filter(time);
+        self.memory.gates.suspected = time;
         let rotation_rad = self.state.coast(time, self.memory.angular_rate_radps);
         if !self.state.is_valid() {
             self.state = NavState { time, ..before };

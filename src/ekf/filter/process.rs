@@ -150,14 +150,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         Transition {
             interval_s: T::of(interval_s),
-            turn: [[T::ZERO; 3]; 3],
-            force: [T::ZERO; 3],
-            scaled_rotation: [[T::ZERO; 3]; 3],
-            scaled_velocity: [[T::ZERO; 3]; 3],
             attitude_noise: diagonal(tilt, tilt, heading),
             velocity_noise: diagonal(velocity, velocity, velocity),
             position_noise: [T::of(square(0.5 * velocity * interval_s)); 3],
             relaxation,
+            ..Transition::NONE
         }
     }
 
@@ -173,7 +170,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.memory.step_variances = [mean(angle_variance), mean(velocity_variance)];
         self.memory.level_force.push(advance.from_specific_force_mps, increment.interval_s);
         let mut motion = MotionSum {
-            increment: *increment,
+            interval_s: increment.interval_s,
             body_to_ned_rows: advance.body_to_ned_rows,
             force_mps: self.memory.level_force.of_motion(advance.from_specific_force_mps),
             angle_variance,
@@ -184,8 +181,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         // The error hidden by a sensor at full scale grows within the interval. So the covariance is propagated at once
         // after a clipped sample.
-        let waits = !self.samples.suspicion.is_clipped();
-        if waits && motion.increment.interval_s < T::of(self.config.imu.covariance_interval_s) {
+        let waits = !self.samples.suspicion.clipped.any();
+        if waits && motion.interval_s < T::of(self.config.imu.covariance_interval_s) {
             self.memory.unpropagated = Some(motion);
         } else {
             self.memory.unpropagated = None;
@@ -208,7 +205,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         transition: &Transition<T, N>,
         trace: &mut impl Trace<T, N>,
     ) {
-        self.covariance.propagate::<L>(transition);
+        self.covariance.propagate(transition);
         if let Some(relaxation) = &transition.relaxation {
             self.decay(relaxation);
         }
@@ -221,7 +218,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 let decay = relaxation.decay.get(state).copied().unwrap_or(T::ONE);
                 single((decay - T::ONE) * self.estimate(state))
             };
-            self.memory.gates.add_expected_shift([lost(first), lost(first + 1)]);
+            self.memory.gates.drift.add([lost(first), lost(first + 1)]);
         }
         let (_, parameters) = self.parameters.split_at_mut(GYRO_BIAS);
         let (_, decays) = relaxation.decay.split_at(GYRO_BIAS);
@@ -238,10 +235,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             self.judge_level_force();
             let relaxation = self.relaxation(self.memory.unrelaxed_s);
             self.memory.unrelaxed_s = T::ZERO;
-            self.covariance.relax(&relaxation);
-            self.decay(&relaxation);
-            trace.propagated(&Transition::of_relaxation(relaxation));
+            self.apply(relaxation, trace);
         }
+    }
+
+    /// Lets covariance and parameters relax, without a step of the motion.
+    pub(in crate::ekf) fn apply(
+        &mut self,
+        relaxation: Relaxation<T, N>,
+        trace: &mut impl Trace<T, N>,
+    ) {
+        self.covariance.relax(&relaxation);
+        self.decay(&relaxation);
+        trace.propagated(&Transition::of_relaxation(relaxation));
     }
 
     /// Updates the variance of the mean horizontal force's error. It is called at intervals, because the variance
@@ -306,20 +312,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Equation (K4) of docs/equations.md.
     fn noise(&mut self, increment: &Increment<T>) -> ([T; 3], [T; 3]) {
         let Increment { interval_s, rotation_rad, .. } = *increment;
-        // Growth of the squared net turn, and product of rates from two different samples, so that vibration does not
-        // count as turning.
-        let (net_turn, turned) = match L::GYRO_SCALE {
-            Some(_) => ([T::ZERO; 3], [T::ZERO; 3]),
-            None => {
-                let memory_s = T::of(self.config.imu.net_turn_memory_s);
-                let [x, y, z] = rotation_rad.to_array();
-                let [rate_x, rate_y, rate_z] = self.memory.angular_rate_radps.to_array();
-                let turned = [x * rate_x, y * rate_y, z * rate_z];
-                let net_turn = self.memory.net_turn.push(rotation_rad, interval_s, memory_s);
-                (net_turn, turned.map(|turned| turned.max(T::ZERO)))
-            }
-        };
         let imu = &self.config.imu;
+        let net_turn =
+            self.memory.net_turn.push(rotation_rad, interval_s, T::of(imu.net_turn_memory_s));
         let over_s = T::of(self.memory.excess.factor()) * interval_s;
         let gyro = density(
             imu.angle_random_walk_rad,
@@ -331,7 +326,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let accel = self.accel_density(interval_s).map(|density| density * over_s);
         let own = square(T::of(imu.turn_error_share)) * T::of(imu.turn_error_time_s);
         let across = T::of(square(ACROSS)) * own;
-        let [x, y, z] = turned;
+        // The product of rates from two different samples, so that vibration does not count as turning.
+        let (turn, rate) = (rotation_rad.to_array(), self.memory.angular_rate_radps.to_array());
+        let [x, y, z] = core::array::from_fn(|axis| (turn[axis] * rate[axis]).max(T::ZERO));
         let turning =
             [own * x + across * (y + z), own * y + across * (z + x), own * z + across * (x + y)];
         let share = square(T::of(imu.net_turn_error_share));
@@ -347,22 +344,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     // Inlined: the transition of a single step is then built from values in registers.
     #[inline(always)]
     fn transition(&mut self, motion: &MotionSum<T>) -> Transition<T, N> {
-        let MotionSum { increment, body_to_ned_rows: c, force_mps, .. } = motion;
-        let interval_s = increment.interval_s;
-        let scaled =
-            |factors: [T; 3]| c.map(|row| core::array::from_fn(|axis| row[axis] * factors[axis]));
+        let &MotionSum { interval_s, body_to_ned_rows: ref c, force_mps, .. } = motion;
         let mut transition = Transition {
             interval_s,
-            turn: scaled([interval_s; 3]),
+            turn: c.map(|row| row.map(|cosine| cosine * interval_s)),
             force: force_mps.to_array(),
-            scaled_rotation: match L::GYRO_SCALE {
-                Some(_) => scaled(increment.rotation_rad.to_array()),
-                None => [[T::ZERO; 3]; 3],
-            },
-            scaled_velocity: match L::ACCEL_SCALE {
-                Some(_) => scaled(increment.velocity_mps.to_array()),
-                None => [[T::ZERO; 3]; 3],
-            },
             attitude_noise: turned(c, motion.angle_variance),
             velocity_noise: turned(c, motion.velocity_variance),
             position_noise: [T::ZERO; 3],

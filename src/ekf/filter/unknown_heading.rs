@@ -2,6 +2,7 @@
 //! position, height and the errors of its sensors.
 
 use super::Ekf;
+use crate::ekf::gate::PositionDrift;
 use crate::ekf::heading_search::HypothesisMotion;
 use crate::ekf::kernel::layout::{ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use crate::ekf::kernel::trace::Trace;
@@ -22,6 +23,18 @@ use crate::time::Time;
 const FOUND_TILT_RAD: f64 = 0.03;
 /// Time, s, within which a heading source must have been used to count as available.
 const HEADING_GIVEN_S: f64 = 10.0;
+/// States of the filter that follow those of a hypothesis, in its order; it has no vertical velocity to follow.
+const FOLLOWED: [Option<usize>; 9] = [
+    Some(VELOCITY),
+    Some(VELOCITY + 1),
+    None,
+    Some(ATTITUDE),
+    Some(ATTITUDE + 1),
+    Some(ATTITUDE + 2),
+    Some(GYRO_BIAS),
+    Some(GYRO_BIAS + 1),
+    Some(GYRO_BIAS + 2),
+];
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Fuses a fix while the heading is unknown. The fix corrects position, height and the slow errors of position,
@@ -39,7 +52,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.catch_up(trace);
         if fix.horizontal_velocity_mps.is_none() {
             // Without a heading and a measured velocity, the filter has no evidence against a position.
-            self.memory.gates.note_position_divergence(fix.time);
+            self.memory.gates.velocity_diverged = fix.time;
         }
         let parameters = self.parameters;
         let variances: [f64; N] = core::array::from_fn(|state| self.covariance.variance(state));
@@ -63,7 +76,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.covariance.set_variance(state, *variance);
             }
         }
-        self.memory.gates.reset_position_drift();
+        self.memory.gates.drift = PositionDrift::NONE;
         self.memory.excess = Excess::NONE;
         self.memory.bias_shift = BiasShift::UNKNOWN;
         self.memory.level_force = LevelForce::NONE;
@@ -82,17 +95,6 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         motion: &HypothesisMotion<T>,
         trace: &mut impl Trace<T, N>,
     ) -> bool {
-        const OF: [usize; 9] = [
-            VELOCITY,
-            VELOCITY + 1,
-            VELOCITY + 2,
-            ATTITUDE,
-            ATTITUDE + 1,
-            ATTITUDE + 2,
-            GYRO_BIAS,
-            GYRO_BIAS + 1,
-            GYRO_BIAS + 2,
-        ];
         self.catch_up(trace);
         let HypothesisMotion { body_to_ned, velocity_mps, .. } = *motion;
         let turned = (body_to_ned * self.state.body_to_ned.inverse()).rotation_vector();
@@ -108,15 +110,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         for (parameter, bias) in parameters.zip(motion.bias_radps.to_array()) {
             *parameter += bias;
         }
-        let is_followed = |state: usize| state != VELOCITY + 2;
-        for state in OF.into_iter().filter(|state| is_followed(*state)) {
+        for state in FOLLOWED.into_iter().flatten() {
             self.covariance.set_variance(state, 0.0);
         }
-        let rows = OF.into_iter().zip(&motion.covariance);
-        for (state, row) in rows.filter(|(state, _)| is_followed(*state)) {
-            let entries = OF.into_iter().zip(row).filter(|(other, _)| is_followed(*other));
-            for (other, &value) in entries {
-                self.covariance.set_cross(state, other, f64::from(value));
+        for (state, row) in FOLLOWED.into_iter().zip(&motion.covariance) {
+            for (other, &value) in FOLLOWED.into_iter().zip(row) {
+                if let (Some(state), Some(other)) = (state, other) {
+                    self.covariance.set_cross(state, other, f64::from(value));
+                }
             }
         }
         self.open_heading(motion.heading_sigma_rad);

@@ -44,7 +44,7 @@ use crate::ekf::outcome::group::Group;
 use crate::ekf::watch::BETWEEN_FIXES_S;
 use crate::matrix::square;
 use crate::time::Time;
-use position_drift::PositionDrift;
+pub(super) use position_drift::PositionDrift;
 use previous::Previous;
 
 /// States that are reset to a measurement that was rejected for too long.
@@ -94,42 +94,44 @@ pub(super) struct Contradiction {
 
 impl Contradiction {
     const NONE: Self = Self { suspected: false, proven: false };
-
-    /// Whether the filter must not be reset to a measurement of this group.
-    fn forbids_reset(self, group: Group) -> bool {
-        self.suspected && group.is_of_fix()
-    }
 }
 
 /// State of the gates of all groups.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Gates {
     gates: [Gate; Group::COUNT],
-    /// End of the time in which the filter is suspect because of a gap or clipping of the inertial samples.
-    suspect_until: Time,
-    /// End of the time in which the filter's velocity counts as diverged: after a reset to a velocity, or to a position
-    /// without velocity.
-    diverged_until: Time,
-    /// End of the time in which a found or replaced heading is unconfirmed.
-    unconfirmed_until: Time,
-    /// Time for which the receiver's height has been fused, s.
-    height_fused_s: f32,
-    /// Time for which the receiver's position has been fused, s, since the fix that made the position known.
-    position_fused_s: f32,
-    drift: PositionDrift,
-    /// Second hypotheses of the horizontal position and of the height.
-    previous: [Previous; 2],
+    /// Time of the last gap or clipping of the inertial samples: the filter is suspect after it.
+    pub suspected: Time,
+    /// Time of the last sign that the filter's velocity has diverged: a reset to a velocity, or to a position without
+    /// velocity.
+    pub velocity_diverged: Time,
+    /// Time at which the heading was found or replaced. If fixes disagree in the time after it, the heading is wrong.
+    pub heading_replaced: Time,
+    /// Horizontal position and height of the fixes.
+    places: [Place; 2],
+    pub drift: PositionDrift,
     /// Means of recent normalised innovations of the [heights](Group::height), which show their bias.
     height_bias_sigmas: [f32; Group::HEIGHTS],
-    /// Innovation of the receiver's height when its rejection began, m.
-    height_off_m: f32,
-    /// Innovation of the receiver's horizontal position when its rejection began, m.
-    position_off_m: f32,
     pub contradiction: Contradiction,
     /// Whether the last reading of the barometer disagrees with the filter's height.
     pub baro_disagrees: bool,
     /// Whether the filter's heading is consistent with recent fixes.
     pub heading_is_consistent: bool,
+}
+
+/// Horizontal position or height of the fixes.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// Time for which it was fused, s, since the fix that made it known.
+    fused_s: f32,
+    /// Innovation when its rejection began, m.
+    first_off_m: f32,
+    /// Second hypothesis.
+    previous: Previous,
+}
+
+impl Place {
+    const NONE: Self = Self { fused_s: 0.0, first_off_m: 0.0, previous: Previous::NONE };
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -174,7 +176,8 @@ const SUSPECT_TIME_S: f64 = 10.0;
 const UNCONFIRMED_S: f64 = 60.0;
 /// Weight of the newest innovation in the spread.
 const NEWEST: f32 = 0.2;
-/// Mean innovation, in one-sigmas, above which innovations count as biased: chance does not explain it.
+/// Mean innovation, in one-sigmas, above which innovations count as biased: chance does not explain it. Below half of
+/// it, they are unbiased.
 const BIASED_SIGMAS: f32 = 1.5;
 /// Bound on each innovation that enters the mean, one-sigmas.
 const MAX_BIAS_SIGMAS: f32 = 5.0;
@@ -182,18 +185,14 @@ const MAX_BIAS_SIGMAS: f32 = 5.0;
 const MIN_REJECTIONS: u8 = 3;
 /// Time constant of the mean innovation, s, for frequent innovations.
 const BIAS_TIME_S: f64 = 2.0;
-/// Mean innovation, in one-sigmas, below which innovations are unbiased.
-const UNBIASED_SIGMAS: f32 = 0.75;
 /// Largest position innovation with a correct filter velocity, m, right after an accepted fix. A larger innovation is a
 /// jump.
 const JUMP_M: f64 = 5.0;
 /// Growth rate of the limit [`JUMP_M`], m/s, with the time since the last accepted fix.
 const JUMP_MPS: f64 = 10.0;
-/// Time of rejections, s, after which a heading is accepted.
-const HEADING_S: f64 = 120.0;
-/// Longest time, s, until a height with a constant offset from a barometer is accepted. It is shorter if the previous
-/// height was fused for less time.
-const LEVEL_S: f64 = 120.0;
+/// Longest time of rejections, s, after which a heading is accepted, or a height with a constant offset from a
+/// barometer. The latter time is shorter if the previous height was fused for less time.
+const LONGEST_S: f64 = 120.0;
 /// Fused time, s, after which a position counts as settled.
 const SETTLED_S: f32 = 5.0;
 
@@ -201,46 +200,27 @@ impl Gates {
     /// Gates before the first measurement.
     pub const NONE: Self = Self {
         gates: [Gate::NONE; Group::COUNT],
-        suspect_until: Time::NEVER,
-        diverged_until: Time::NEVER,
-        unconfirmed_until: Time::NEVER,
-        height_fused_s: 0.0,
-        position_fused_s: 0.0,
+        suspected: Time::NEVER,
+        velocity_diverged: Time::NEVER,
+        heading_replaced: Time::NEVER,
+        places: [Place::NONE; 2],
         drift: PositionDrift::NONE,
-        previous: [Previous::NONE; 2],
         height_bias_sigmas: [0.0; Group::HEIGHTS],
-        height_off_m: 0.0,
-        position_off_m: 0.0,
         contradiction: Contradiction::NONE,
         baro_disagrees: false,
         heading_is_consistent: false,
     };
 
-    /// Notes a gap in the inertial samples, or clipping. Rejections that follow count as errors of the filter, not of
+    /// Whether inertial samples were missing or clipped lately. Rejections then count as errors of the filter, not of
     /// the sensors.
-    pub fn suspect_filter(&mut self, time: Time) {
-        self.suspect_until = time + SUSPECT_TIME_S;
-    }
-
-    /// Notes that a heading was found or replaced: if fixes disagree in the time after it, the heading is wrong.
-    pub fn start_unconfirmed_heading(&mut self, time: Time) {
-        self.unconfirmed_until = time + UNCONFIRMED_S;
-    }
-
-    /// Whether [`suspect_filter`](Self::suspect_filter) was called within the last [`SUSPECT_TIME_S`].
     pub fn is_filter_suspect(&self, time: Time) -> bool {
-        time < self.suspect_until
-    }
-
-    /// Whether [`suspect_filter`](Self::suspect_filter) was called after `time`.
-    pub fn was_suspected_after(&self, time: Time) -> bool {
-        self.suspect_until - time > SUSPECT_TIME_S
+        time - self.suspected < SUSPECT_TIME_S
     }
 
     /// Whether the filter's velocity was recently reset, or has probably diverged. After such a reset, innovations keep
     /// one sign for some seconds.
-    pub fn were_reopened(&self, time: Time) -> bool {
-        time < self.diverged_until
+    pub fn has_velocity_diverged(&self, time: Time) -> bool {
+        time - self.velocity_diverged < SUSPECT_TIME_S
     }
 
     /// Whether other evidence confirms the filter's heading when a heading of `group` is rejected. The evidence is the
@@ -253,11 +233,6 @@ impl Gates {
         };
         let by_fixes = self.heading_is_consistent && !self.lack_fixes(time);
         by_fixes || self.is_open(other, time)
-    }
-
-    /// Whether `group` belongs to a receiver whose fixes were proven to contradict each other.
-    pub fn is_contradicted(&self, group: Group) -> bool {
-        self.contradiction.proven && group.is_of_fix()
     }
 
     /// Notes an innovation of a [height](Group::is_height) and its one-sigma. Returns whether such innovations are
@@ -296,7 +271,7 @@ impl Gates {
     #[inline(never)]
     pub fn agrees(&self, group: Group, time: Time) -> bool {
         let bias = group.height().and_then(|height| self.height_bias_sigmas.get(height));
-        let is_biased = bias.is_some_and(|bias| bias.abs() > UNBIASED_SIGMAS);
+        let is_biased = bias.is_some_and(|bias| bias.abs() > 0.5 * BIASED_SIGMAS);
         let denies = group == Group::Baro && self.baro_disagrees;
         self.is_open(group, time) && !(is_biased || denies)
     }
@@ -305,35 +280,33 @@ impl Gates {
     /// may be accepted after rejections only because the filter has become less certain. Then the filter's position
     /// becomes the second hypothesis.
     pub fn accepted(&mut self, group: Group, time: Time, off: &Off, spread: f64) {
-        let reported_s = self.reported_s(group);
         let Some(gate) = self.gates.get_mut(group as usize) else { return };
         let since_s = (time - gate.accepted).clamp(0.0, BETWEEN_FIXES_S) as f32;
         let (was_open, rejections) = (gate.was_open(), gate.rejections);
         gate.accepted = time;
         gate.rejections = 0;
         gate.spread += NEWEST * (spread as f32 - gate.spread);
-        if let Some(previous) = self.previous(group) {
-            previous.forget(since_s);
-            if rejections >= MIN_REJECTIONS {
-                previous.leave(off.single(), reported_s, false);
-            }
+        let Some(place) = self.place(group) else { return };
+        place.previous.forget(since_s);
+        if rejections >= MIN_REJECTIONS {
+            place.previous.leave(off.single(), place.fused_s, false);
         }
-        match group {
-            Group::VerticalPosition if was_open => self.height_fused_s += since_s,
-            Group::HorizontalPosition if was_open => {
-                self.position_fused_s += since_s;
-                self.drift.forget(since_s, self.position_fused_s);
-            }
-            _ => {}
+        if !was_open {
+            return;
+        }
+        place.fused_s += since_s;
+        let fused_s = place.fused_s;
+        if group == Group::HorizontalPosition {
+            self.drift.forget(since_s, fused_s);
         }
     }
 
     /// Notes the shift, m, north, east and down, by which a fix has moved the expected position of the next fix. It does
     /// not move the second hypotheses.
     pub fn shift_position(&mut self, [north_m, east_m, down_m]: [f32; 3]) {
-        let [level, vertical] = &mut self.previous;
-        level.shift([north_m, east_m]);
-        vertical.shift([down_m, 0.0]);
+        let [level, vertical] = &mut self.places;
+        level.previous.shift([north_m, east_m]);
+        vertical.previous.shift([down_m, 0.0]);
     }
 
     /// Whether positions drift from their velocity, after another shift by a fix, m, north and east. They do once the
@@ -344,43 +317,33 @@ impl Gates {
     /// # Source
     /// Equation (K25) of docs/equations.md.
     pub fn observe_position_shift(&mut self, time: Time, moved_m: [f32; 2], least_m: f32) -> f32 {
-        if self.position_fused_s < SETTLED_S {
-            self.reset_position_drift();
+        let tells_motion = self.is_open(Group::HorizontalVelocity, time);
+        let is_sure = !(self.is_filter_suspect(time) || self.has_velocity_diverged(time));
+        let [place, _] = &mut self.places;
+        if place.fused_s < SETTLED_S {
+            self.drift = PositionDrift::NONE;
             return 0.0;
         }
-        let tells_motion = self.is_open(Group::HorizontalVelocity, time);
-        if tells_motion && !self.is_filter_suspect(time) && !self.were_reopened(time) {
+        if tells_motion && is_sure {
             self.drift.add(moved_m);
         }
         self.drift.judge(least_m);
         let drifted_m = self.drift.drifted_m();
         if drifted_m > 0.0 {
-            let [level, _] = &mut self.previous;
-            level.keep(self.drift.start_offset_m(), self.position_fused_s, false);
+            place.previous.keep(self.drift.start_offset_m(), place.fused_s, false);
         }
         drifted_m
-    }
-
-    /// Adds a shift of the expected position of the next fix, north and east, m. The shift has another cause than the
-    /// vehicle's motion.
-    pub fn add_expected_shift(&mut self, moved_m: [f32; 2]) {
-        self.drift.add(moved_m);
-    }
-
-    /// Resets the sum of the shifts of the expected position.
-    pub fn reset_position_drift(&mut self) {
-        self.drift = PositionDrift::NONE;
     }
 
     /// Distances, m, horizontal and vertical, to a previous position and height, each times the weight with which it may
     /// still be right.
     pub fn ambiguity_m(&self) -> [f32; 2] {
-        self.previous.map(|previous| previous.ambiguity_m())
+        self.places.map(|place| place.previous.ambiguity_m())
     }
 
-    /// The second hypothesis of a position.
-    fn previous(&mut self, group: Group) -> Option<&mut Previous> {
-        let [level, vertical] = &mut self.previous;
+    /// The position or height of a group of a fix.
+    fn place(&mut self, group: Group) -> Option<&mut Place> {
+        let [level, vertical] = &mut self.places;
         match group {
             Group::HorizontalPosition => Some(level),
             Group::VerticalPosition => Some(vertical),
@@ -388,34 +351,26 @@ impl Gates {
         }
     }
 
-    /// Time for which positions of the group were fused, s; zero for other groups.
-    fn reported_s(&self, group: Group) -> f32 {
-        match group {
-            Group::HorizontalPosition => self.position_fused_s,
-            Group::VerticalPosition => self.height_fused_s,
-            _ => 0.0,
-        }
-    }
-
     /// Notes a rejected position. Before the first accepted fix, the start position or the fix may be right: the fix
     /// becomes the second hypothesis.
     pub fn doubt_start(&mut self, group: Group, off: &Off) {
         let was_open = self.gate(group).was_open();
-        if let Some(previous) = self.previous(group).filter(|_| !was_open) {
-            previous.keep(off.single(), 1.0, true);
+        if let Some(place) = self.place(group).filter(|_| !was_open) {
+            place.previous.keep(off.single(), 1.0, true);
         }
     }
 
     /// Drops the second hypothesis of a position to which the filter was reset.
     pub fn forget_previous(&mut self, group: Group) {
-        if let Some(previous) = self.previous(group) {
-            *previous = Previous::NONE;
+        if let Some(place) = self.place(group) {
+            place.previous = Previous::NONE;
         }
     }
 
-    /// Resets the fused time of the position: the next fix makes the position known.
-    pub fn reset_position_time(&mut self) {
-        self.position_fused_s = 0.0;
+    /// Notes that the next fix makes the position known.
+    pub fn forget_position(&mut self) {
+        let [place, _] = &mut self.places;
+        place.fused_s = 0.0;
     }
 
     /// Whether a group was accepted at its last measurement, within the last [`ABSENCE_S`].

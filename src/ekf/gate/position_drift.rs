@@ -2,7 +2,7 @@
 
 /// Recent shift of the expected position that updates of the filter cause, without the motion of the vehicle.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PositionDrift {
+pub(in crate::ekf) struct PositionDrift {
     /// Shift north and east, m.
     moved_m: [f32; 2],
     /// Whether the shift exceeds that of correct fixes: the positions drift.

@@ -2,13 +2,14 @@
 //! measurement, and the states to reset.
 
 use super::previous::Previous;
-use super::{Gate, Gates, HEADING_S, JUMP_M, JUMP_MPS, LEVEL_S, MIN_REJECTIONS, Off, Reopening};
+use super::{
+    Gate, Gates, JUMP_M, JUMP_MPS, LONGEST_S, MIN_REJECTIONS, Off, PositionDrift, Reopening,
+    UNCONFIRMED_S,
+};
 use crate::ekf::outcome::group::Group;
 use crate::ekf::settings::config::GateConfig;
 use crate::time::Time;
 
-/// Time, s, for which the filter is suspect after a reset of its velocity.
-const DIVERGED_S: f64 = super::SUSPECT_TIME_S;
 /// Largest spread of a filter that had not diverged before the first rejection.
 const DIVERGING: f32 = 4.0;
 /// Growth factor of a position innovation since its first rejection, above which the filter counts as diverged. Applies
@@ -18,8 +19,8 @@ const GROWN: f32 = 2.0;
 /// Evidence for and against the filter when a measurement is rejected.
 #[derive(Clone, Copy, Debug)]
 struct Evidence {
-    /// A barometer agrees with the filter, so the receiver's height is wrong.
-    baro_agrees: bool,
+    /// The measurement is wrong: a barometer agrees with the filter, or the receiver contradicts itself.
+    forbids_reset: bool,
     /// The rejected height has a constant offset, and the receiver's vertical velocity is accepted. The barometer's
     /// level, set from this receiver, may then be wrong.
     baro_level_is_ambiguous: bool,
@@ -49,14 +50,12 @@ impl Gates {
         config: &GateConfig,
     ) -> Option<Reopening> {
         let evidence = self.evidence(group, time, off, config);
-        let reported_s = self.reported_s(group);
-        let forbidden = (evidence.baro_agrees && !evidence.baro_level_is_ambiguous)
-            || self.contradiction.forbids_reset(group);
+        let reported_s = self.place(group).map_or(0.0, |place| place.fused_s);
         let gate = self.gates.get_mut(group as usize)?;
-        gate.count_rejection(group, time, off.size(), &evidence);
+        gate.count_rejection(time, off.size(), &evidence);
         let rejection_time_s =
             gate.rejection_time_s(group, f64::from(reported_s), &evidence, config);
-        let reopens = !forbidden
+        let reopens = !evidence.forbids_reset
             && gate.rejections >= MIN_REJECTIONS
             && time - gate.since >= rejection_time_s;
         if !reopens {
@@ -68,27 +67,23 @@ impl Gates {
         if let Some(bias) = self.height_bias_mut(group) {
             *bias = 0.0;
         }
-        if let Some(previous) = self.previous(group) {
+        if let Some(place) = self.place(group) {
+            place.fused_s = 0.0;
             if filter_had_diverged && !evidence.baro_level_is_ambiguous && !evidence.is_at_previous
             {
-                *previous = Previous::NONE;
+                place.previous = Previous::NONE;
             } else {
-                previous.leave(off.single(), reported_s, true);
+                place.previous.leave(off.single(), reported_s, true);
             }
         }
-        match group {
-            Group::VerticalPosition => self.height_fused_s = 0.0,
-            Group::HorizontalPosition => {
-                self.position_fused_s = 0.0;
-                self.reset_position_drift();
-            }
-            _ => {}
+        if group == Group::HorizontalPosition {
+            self.drift = PositionDrift::NONE;
         }
         if evidence.without_velocity
             || matches!(group, Group::HorizontalVelocity | Group::VerticalVelocity)
         {
             // A filter that diverged in velocity has diverged in position too.
-            self.note_position_divergence(time);
+            self.velocity_diverged = time;
         }
         Some(if evidence.without_velocity {
             Reopening::Motion { lost_s }
@@ -97,25 +92,22 @@ impl Gates {
         })
     }
 
-    /// Notes that the filter may have diverged in position: the positions that it rejects may be right.
-    pub fn note_position_divergence(&mut self, time: Time) {
-        self.diverged_until = time + DIVERGED_S;
-    }
-
     fn evidence(&mut self, group: Group, time: Time, off: &Off, config: &GateConfig) -> Evidence {
         let baro_agrees = matches!(group, Group::VerticalPosition | Group::VerticalVelocity)
             && self.agrees(Group::Baro, time);
-        let velocity_was_reset = self.were_reopened(time);
+        let baro_level_is_ambiguous = baro_agrees
+            && group == Group::VerticalPosition
+            && self.is_baro_level_ambiguous(time, off, config);
+        let velocity_was_reset = self.has_velocity_diverged(time);
         let without_velocity = self.is_position_without_velocity(group, time);
         Evidence {
-            baro_agrees,
-            baro_level_is_ambiguous: baro_agrees
-                && group == Group::VerticalPosition
-                && self.is_baro_level_ambiguous(time, off, config),
+            forbids_reset: baro_agrees && !baro_level_is_ambiguous
+                || self.contradiction.suspected && group.is_of_fix(),
+            baro_level_is_ambiguous,
             velocity_was_reset,
             suspect: velocity_was_reset
                 || self.is_filter_suspect(time)
-                || time < self.unconfirmed_until,
+                || time - self.heading_replaced < UNCONFIRMED_S,
             velocity_agrees: match group {
                 // A single rejected velocity among accepted ones is no disagreement.
                 Group::HorizontalPosition => {
@@ -135,19 +127,21 @@ impl Gates {
     /// Whether the innovation of a horizontal position has grown since the first rejection. At the first rejection, it
     /// stores the innovation.
     fn grows(&mut self, group: Group, off_m: f64) -> bool {
+        let is_first = self.gate(group).rejections == 0;
+        let [place, _] = &mut self.places;
         if group != Group::HorizontalPosition {
             return false;
         }
-        if self.gate(group).rejections == 0 {
-            self.position_off_m = off_m as f32;
+        if is_first {
+            place.first_off_m = off_m as f32;
         }
-        off_m > f64::from(GROWN * self.position_off_m)
+        off_m > f64::from(GROWN * place.first_off_m)
     }
 
     /// Whether a position lies at the second hypothesis.
     fn is_back(&mut self, group: Group, off: &Off, config: &GateConfig) -> bool {
         let limit_m = config.sigmas * off.sigma();
-        self.previous(group).is_some_and(|previous| previous.is_at(off.axes, limit_m))
+        self.place(group).is_some_and(|place| place.previous.is_at(off.axes, limit_m))
     }
 
     /// Whether a group is a position of a receiver that does not report its velocity.
@@ -165,11 +159,12 @@ impl Gates {
     fn is_baro_level_ambiguous(&mut self, time: Time, off: &Off, config: &GateConfig) -> bool {
         let moves = !self.is_open(Group::VerticalVelocity, time);
         let Some(gate) = self.gates.get_mut(Group::VerticalPosition as usize) else { return false };
+        let [_, height] = &mut self.places;
         let [off_m, _] = off.axes;
-        let moved_m = off_m - f64::from(self.height_off_m);
+        let moved_m = off_m - f64::from(height.first_off_m);
         let is_steady = moved_m.abs() <= config.sigmas * off.sigma();
         if gate.rejections == 0 || !is_steady {
-            self.height_off_m = off_m as f32;
+            height.first_off_m = off_m as f32;
             gate.since = time;
         }
         is_steady && !moves
@@ -178,7 +173,7 @@ impl Gates {
 
 impl Gate {
     /// Counts a rejection. At the first one, decides whether filter or sensor is at fault.
-    fn count_rejection(&mut self, group: Group, time: Time, off: f64, evidence: &Evidence) {
+    fn count_rejection(&mut self, time: Time, off: f64, evidence: &Evidence) {
         if evidence.is_confirmed {
             self.since = time;
         }
@@ -186,14 +181,10 @@ impl Gate {
             let was_open_lately = self.was_open_lately(time);
             // No divergence of the filter makes a position jump while the velocity agrees.
             let reach_m = JUMP_M + JUMP_MPS * (time - self.accepted);
-            let jumped = group.is_position()
-                && evidence.velocity_agrees
-                && was_open_lately
-                && off.abs() > reach_m;
+            let jumped = evidence.velocity_agrees && was_open_lately && off.abs() > reach_m;
             self.since = time;
             let may_be_lost = evidence.suspect || !was_open_lately || self.spread > DIVERGING;
-            self.filter_has_diverged =
-                if jumped { evidence.velocity_was_reset } else { may_be_lost };
+            self.filter_has_diverged = !jumped && may_be_lost;
         }
         self.rejections = self.rejections.saturating_add(1);
         self.filter_has_diverged |=
@@ -210,14 +201,13 @@ impl Gate {
         config: &GateConfig,
     ) -> f64 {
         match group {
-            Group::Heading | Group::BaselineHeading => HEADING_S,
+            Group::Heading | Group::BaselineHeading => LONGEST_S,
             // A distance that jumped and stays comes from other ground.
             Group::Range => config.recovery_s,
             _ if evidence.is_at_previous => config.recovery_s,
-            _ if evidence.baro_agrees => reported_s.min(LEVEL_S).max(config.fault_s),
-            _ if self.filter_has_diverged => config.recovery_s,
+            _ if evidence.baro_level_is_ambiguous => reported_s.min(LONGEST_S).max(config.fault_s),
             // A position that jumped keeps a constant offset; a diverged filter moves away from it.
-            _ if evidence.grows => config.recovery_s,
+            _ if self.filter_has_diverged || evidence.grows => config.recovery_s,
             // A position from a few fixes is no more certain than the same number of fixes against it.
             Group::HorizontalPosition if evidence.velocity_agrees => {
                 config.fault_s.min(reported_s.max(config.recovery_s))

@@ -49,7 +49,7 @@ fn a_place_that_jumps_is_believed_once_it_was_told_for_as_long_as_the_one_before
             let time = Time::ZERO + f64::from(second);
             gates.accepted(Group::HorizontalVelocity, time, &off(0.0), 1.0);
             if second == 0 {
-                gates.reset_position_time();
+                gates.forget_position();
             }
             let wrong_s = f64::from(second) - told_s - 1.0;
             if wrong_s < 0.0 {
@@ -69,7 +69,7 @@ fn a_height_that_jumps_after_the_heading_was_found_is_a_fault_of_the_receiver() 
     let after_s = (0..100).find_map(|second| {
         let time = Time::ZERO + f64::from(second);
         if second == 20 {
-            gates.start_unconfirmed_heading(time);
+            gates.heading_replaced = time;
         }
         gates.accepted(Group::VerticalVelocity, time, &off(0.0), 1.0);
         if second < 40 {
@@ -149,7 +149,7 @@ fn a_place_that_walks_away_from_its_own_velocity_is_in_dispute_with_where_the_wa
     assert!((20.0..40.0).contains(&ambiguity_m), "{ambiguity_m} m of 40");
     // Faulty samples, or a velocity that is not fused, explain the shift otherwise.
     let mut gates = drifted(8, 1.0);
-    gates.suspect_filter(Time::ZERO + 68.0);
+    gates.suspected = Time::ZERO + 68.0;
     assert_eq!(gates.observe_position_shift(Time::ZERO + 68.0, [20.0, 0.0], 8.0), 0.0);
     let mut gates = drifted(8, 1.0);
     assert_eq!(gates.observe_position_shift(Time::ZERO + 72.0, [20.0, 0.0], 8.0), 0.0);

@@ -226,7 +226,6 @@ impl<T: Scalar> History<T> {
             .map(|away| Time::from_nanoseconds(time.nanoseconds().saturating_add(away)));
         let mut travel_m = Vector::ZERO;
         let mut entries = self.newest_first();
-        let mut change = Change::default();
         // Iterations: at most CAPACITY, one an entry.
         while let Some(entry) = entries.next() {
             back.angular_rate_radps = entry.rotation_rad * (T::ONE / entry.interval_s);
@@ -235,20 +234,18 @@ impl<T: Scalar> History<T> {
             travel_m += back.step(entry, share);
             // An entry that `time` divides counts fully, with the attitude at `time`.
             if with_acceleration && back.state.time <= latest {
-                change.add(&back.state, entry);
+                back.add_change(back.state.body_to_ned, entry);
             }
             if back.state.time <= time || share < T::ONE {
                 if with_acceleration {
-                    let mut earlier = back.state;
                     let rest = entry.rotation_rad * -(T::ONE - share);
-                    earlier.body_to_ned = earlier.body_to_ned.turned_in_from(rest);
+                    let mut earlier = back.state.body_to_ned.turned_in_from(rest);
                     for entry in entries.take_while(|entry| entry.end >= earliest) {
-                        let rotation_rad = entry.rotation_rad;
-                        earlier.body_to_ned = earlier.body_to_ned.turned_in_from(-rotation_rad);
-                        change.add(&earlier, entry);
+                        earlier = earlier.turned_in_from(-entry.rotation_rad);
+                        back.add_change(earlier, entry);
                     }
-                    back.acceleration_mps2 = change.mean();
-                    back.acceleration_over_s = change.interval_s;
+                    let over_s = back.acceleration_over_s.max(T::of(1e-3));
+                    back.acceleration_mps2 = back.acceleration_mps2 * (T::ONE / over_s);
                 }
                 back.state.position = earth.carried(&now.position, travel_m);
                 return Some(back);
@@ -259,26 +256,14 @@ impl<T: Scalar> History<T> {
     }
 }
 
-/// Velocity changes of some entries, added up.
-#[derive(Clone, Copy, Debug, Default)]
-struct Change<T> {
-    velocity_mps: Vector<Ned, T>,
-    interval_s: T,
-}
-
-impl<T: Scalar> Change<T> {
-    /// Adds an entry that starts at about `state`.
-    fn add(&mut self, state: &NavState<T>, entry: &Entry<T>) {
-        self.velocity_mps += state.body_to_ned * entry.force_mps + entry.fall_mps;
-        self.interval_s += entry.interval_s;
-    }
-
-    fn mean(&self) -> Vector<Ned, T> {
-        self.velocity_mps * (T::ONE / self.interval_s.max(T::of(1e-3)))
-    }
-}
-
 impl<T: Scalar> LookBack<T> {
+    /// Adds the velocity change of an entry, with the attitude at about its start. The sum is divided by its duration
+    /// at the end.
+    fn add_change(&mut self, body_to_ned: Rotation<Body, Ned, T>, entry: &Entry<T>) {
+        self.acceleration_mps2 += body_to_ned * entry.force_mps + entry.fall_mps;
+        self.acceleration_over_s += entry.interval_s;
+    }
+
     /// Carries the state back by the fraction `share` of an entry, or forward if `share` is negative. Returns the
     /// displacement of the position, m, which the caller applies once at the end.
     fn step(&mut self, entry: &Entry<T>, share: T) -> Vector<Ned, T> {

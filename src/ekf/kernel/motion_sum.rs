@@ -1,15 +1,14 @@
 //! Sum of the motion since the last propagation of the covariance.
 
 use crate::frames::{Ned, Vector};
-use crate::ins::Increment;
 use crate::scalar::Scalar;
 
 /// Sums over mechanization steps, so that one propagation of the covariance covers all of them. Couplings between
 /// errors within the sum are neglected, as within one step.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::ekf) struct MotionSum<T> {
-    /// Sums of duration, rotation and change of velocity.
-    pub increment: Increment<T>,
+    /// Duration, s.
+    pub interval_s: T,
     /// Direction cosines of the attitude at the start of the last mechanization step, rows north, east, down.
     pub body_to_ned_rows: [[T; 3]; 3],
     /// Velocity change by specific force, m/s.
@@ -23,9 +22,7 @@ pub(in crate::ekf) struct MotionSum<T> {
 impl<T: Scalar> MotionSum<T> {
     /// Adds the sum of earlier mechanization steps.
     pub fn add_before(&mut self, before: &Self) {
-        self.increment.interval_s += before.increment.interval_s;
-        self.increment.rotation_rad += before.increment.rotation_rad;
-        self.increment.velocity_mps += before.increment.velocity_mps;
+        self.interval_s += before.interval_s;
         self.force_mps += before.force_mps;
         self.angle_variance = sum(self.angle_variance, before.angle_variance);
         self.velocity_variance = sum(self.velocity_variance, before.velocity_variance);

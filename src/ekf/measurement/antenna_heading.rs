@@ -8,6 +8,7 @@ use crate::ekf::kernel::trace::Trace;
 use crate::ekf::outcome::innovation::Channel;
 use crate::ekf::outcome::report::{Report, Unusable};
 use crate::ekf::settings::config::AntennaHeadingModel;
+use crate::ekf::watch::READING_S;
 use crate::frames::{Body, Vector, wrap_angle};
 use crate::gps::AntennaHeading;
 use crate::matrix::square;
@@ -23,8 +24,6 @@ const MIN_LEVEL: f64 = 0.1;
 
 /// One-sigma of the turn since the reading, as a fraction of the turn.
 const AGED_SHARE: f64 = 0.1;
-/// Largest time, s, by which a reading may be older than the last inertial sample.
-const OLDEST_S: f64 = 1.0;
 /// Largest time, s, by which a reading may be newer than the last inertial sample.
 const AHEAD_S: f64 = 0.5;
 
@@ -95,7 +94,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// [`Unusable::TooOld`] and [`Unusable::AheadOfImu`] if the age is too large to assume a constant rate.
     pub(super) fn age_s(&self, time: Time) -> Result<f64, Unusable> {
         match self.state.time - time {
-            age_s if age_s > OLDEST_S => Err(Unusable::TooOld),
+            age_s if age_s > READING_S => Err(Unusable::TooOld),
             age_s if age_s < -AHEAD_S => Err(Unusable::AheadOfImu),
             age_s => Ok(age_s),
         }

@@ -9,7 +9,7 @@ use crate::ekf::kernel::trace::Trace;
 use crate::ekf::outcome::group::Group;
 use crate::ekf::outcome::innovation::Channel;
 use crate::ekf::outcome::report::{Report, Unusable};
-use crate::ekf::watch::barometer::Barometer;
+use crate::ekf::watch::OUTLIER_SIGMAS;
 use crate::event::is_possible_height;
 use crate::matrix::square;
 use crate::scalar::Scalar;
@@ -43,7 +43,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let elapsed_s = elapsed_s.clamp(MIN_S, WIND_TIME_S);
         let noise_m = self.config.baro.noise_m;
         if !self.memory.barometer.has_reading() {
-            self.memory.barometer = Barometer::at(height_m - self.state.position.height_m, noise_m);
+            self.memory.barometer.start(height_m - self.state.position.height_m, noise_m);
         }
         let innovation = self.baro_innovation(state, height_m).wide();
         let moved = 0.5 * self.covariance.variance(VELOCITY + 2) * square(elapsed_s);
@@ -79,7 +79,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             [(POSITION + 2, POSITION + 2), (POSITION + 2, state), (state, state)]
                 .map(|(row, column)| self.covariance.value(row, column));
         let own = slow - both - (both - height);
-        let likely = square(T::of(DISAGREES_SIGMAS)) * (own + noise + wind);
+        let likely = square(T::of(OUTLIER_SIGMAS)) * (own + noise + wind);
         self.memory.gates.baro_disagrees = square(innovation) > likely;
         let noise = noise + wind * T::of(2.0 * WIND_TIME_S / elapsed_s);
         let height = ScalarMeasurement::new(Channel::BaroHeight, innovation, noise, sensitivity);
@@ -105,7 +105,5 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 const WIND_SHARE: f64 = 0.1;
 /// Time, s, for which the air comes from one side. Assumed, and compared only with two flights of model aircraft.
 const WIND_TIME_S: f64 = 5.0;
-/// Innovation, in one-sigmas, beyond which a reading disagrees with the filter's height and confirms nothing.
-const DISAGREES_SIGMAS: f64 = 3.0;
 /// Minimum interval between two readings that counts, s.
 const MIN_S: f64 = 0.01;

@@ -1,18 +1,19 @@
 //! GPS: position and velocity of the antenna, at the time when the fix is valid.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
-use super::update::Compared;
+use super::update::{Compared, ScalarMeasurement};
 use super::wander::GpsNoise;
 use crate::earth::LocalEarth;
 use crate::ekf::filter::Ekf;
-use crate::ekf::gate::Contradiction;
-use crate::ekf::kernel::covariance::{AxesSensitivity, FixSensitivity, Sensitivities};
+use crate::ekf::gate::{Contradiction, PositionDrift};
+use crate::ekf::kernel::covariance::{AxesSensitivity, FixSensitivity, Sensitivities, Sensitivity};
 use crate::ekf::kernel::history::{ABOUT_NS, LookBack};
 use crate::ekf::kernel::layout::{Layout, VELOCITY};
 use crate::ekf::kernel::trace::Trace;
 use crate::ekf::outcome::group::Group;
 use crate::ekf::outcome::innovation::{Channel, Verdict};
 use crate::ekf::outcome::report::{Report, Unusable};
+use crate::ekf::watch::OUTLIER_SIGMAS;
 use crate::ekf::watch::antenna::AntennaOffset;
 use crate::ekf::watch::excess::Stepped;
 use crate::ekf::watch::self_contradiction::Expected;
@@ -27,9 +28,6 @@ use crate::time::Time;
 const LEARNED_MAX: f64 = 100.0;
 /// Smallest learned variance, relative to the stated or configured one.
 const LEARNED_MIN: f64 = 0.1;
-
-/// Value to which a squared normalised innovation is clamped before the variance is learned from it.
-const MAX_SURPRISE: f64 = 9.0;
 
 /// Ratio of learned to stated one-sigma up to which the stated one is unchanged. Larger ratios are divided by this
 /// value.
@@ -50,6 +48,9 @@ const MAX_AHEAD_S: f64 = 0.3;
 
 /// The three axes of a fix to compare, empty without a measurement, and their sensitivity.
 type Axes<T> = ([Option<Compared<T>>; 3], AxesSensitivity<T>);
+
+/// One-sigma of the vertical velocity of a vehicle without a measured height, m/s.
+const CLIMB_MPS: f64 = 5.0;
 
 /// Channels of the axes, north, east, down.
 const POSITIONS: [Channel; 3] =
@@ -166,7 +167,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.memory.gates.shift_position(moved_m);
         if is_absent {
             // No position came recently. Meanwhile the vehicle's own motion moved the expected position.
-            self.memory.gates.reset_position_drift();
+            self.memory.gates.drift = PositionDrift::NONE;
         } else if self.config.mechanisms.drifting_positions && L::GPS_POSITION.is_some() {
             report.position_drift_m = self.note_position_drift(fix, [moved_m[0], moved_m[1]]);
         }
@@ -196,12 +197,32 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let is_far = stepped.far || stepped.down_far.is_some();
         let otherwise = self.memory.gates.is_filter_suspect(fix.time)
             || self.samples.self_contradiction.is_suspected()
-            || (self.memory.gates.were_reopened(fix.time) && !is_far);
+            || (self.memory.gates.has_velocity_diverged(fix.time) && !is_far);
         if mechanisms.bias_steps && stepped != Stepped::default() && !otherwise {
             self.open_biases(stepped, trace);
             report.biases_opened = true;
         }
         Ok(())
+    }
+
+    /// Bounds the vertical velocity of a filter without height measurements. Once its one-sigma exceeds 5 m/s, a
+    /// measurement of 0 ± 5 m/s is fused. Otherwise the vertical channel would diverge with the accelerometers' bias.
+    ///
+    /// # Source
+    /// Equation (M19) of docs/equations.md.
+    #[inline(never)]
+    fn bound_climb(&mut self, time: Time, trace: &mut impl Trace<T, N>) {
+        let state = VELOCITY + 2;
+        if self.covariance.variance(state) < square(CLIMB_MPS) {
+            return;
+        }
+        let climb = ScalarMeasurement::new(
+            Channel::RestVelocityDown,
+            -self.state.velocity_mps.z(),
+            T::of(square(CLIMB_MPS)),
+            Sensitivity::default().with(state, T::ONE),
+        );
+        self.update_one(time, Some(climb), trace);
     }
 
     /// Time, s, by which a fix's velocity and position are valid before its time stamp, as estimated.
@@ -275,7 +296,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 Channel::VelocityDown => &mut self.memory.gps_learned[2],
                 _ => continue,
             };
-            let surprise = square(axis.normalised()).min(MAX_SURPRISE);
+            let surprise = square(axis.normalised()).min(square(OUTLIER_SIGMAS));
             let share = 1.0 + self.config.gps.learning_rate * (surprise - 1.0);
             *learned = (f64::from(*learned) * share).clamp(LEARNED_MIN, LEARNED_MAX) as f32;
         }

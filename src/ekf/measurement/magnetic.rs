@@ -129,8 +129,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         self.relax(trace);
         let before = self.memory.heading.used.replace(time);
-        let is_first =
-            before.is_none_or(|before| had_gap && self.memory.gates.was_suspected_after(before));
+        let is_first = before.is_none_or(|before| had_gap && self.memory.gates.suspected > before);
         let wander_rad = self.heading_wander_rad(usual_rad, elapsed_s);
         self.memory.heading_wander = [wander_rad, model.wander_time_s];
         self.memory.heading_revision.is_magnetic = true;

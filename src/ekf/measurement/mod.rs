@@ -3,7 +3,6 @@
 mod antenna_heading;
 mod attitude;
 mod baro;
-mod climb;
 mod derivatives;
 mod gps;
 mod magnetic;

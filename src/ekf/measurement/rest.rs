@@ -1,4 +1,5 @@
 //! Rest: a vehicle at rest has no velocity, and turns with the Earth.
+#![expect(clippy::indexing_slicing, reason = "axes count from 0 to 5, in arrays of six or three")]
 
 use super::update::ScalarMeasurement;
 use crate::earth::LocalEarth;
@@ -16,9 +17,14 @@ const RATE_SIGMA_RADPS: f64 = 0.003;
 /// One-sigma of the velocity of a vehicle at rest, m/s.
 const VELOCITY_SIGMA_MPS: f64 = 0.1;
 
-const RATES: [Channel; 3] = [Channel::RestRateX, Channel::RestRateY, Channel::RestRateZ];
-const VELOCITIES: [Channel; 3] =
-    [Channel::RestVelocityNorth, Channel::RestVelocityEast, Channel::RestVelocityDown];
+const CHANNELS: [Channel; 6] = [
+    Channel::RestRateX,
+    Channel::RestRateY,
+    Channel::RestRateZ,
+    Channel::RestVelocityNorth,
+    Channel::RestVelocityEast,
+    Channel::RestVelocityDown,
+];
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Fuses zero velocity and the Earth's rate while the vehicle rests. Samples and fixes must have shown rest for two
@@ -46,21 +52,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         // A vehicle may glide as smoothly as a vehicle at rest. So the noise of the zero velocity includes the mean
         // velocity of the fixes.
         let fixes_mps = self.samples.rest.fixes_mean_mps();
-        let mut axes = [None; 6];
-        let (rates, velocities) = axes.split_at_mut(3);
-        let noise = T::of(square(RATE_SIGMA_RADPS));
-        for (axis, ((slot, channel), off)) in rates.iter_mut().zip(RATES).zip(off).enumerate() {
-            let state = GYRO_BIAS + axis;
+        let axes = core::array::from_fn(|index| {
+            let axis = index % 3;
+            let (state, innovation, sigma_squared) = if index < 3 {
+                let state = GYRO_BIAS + axis;
+                (state, off[axis] - self.estimate(state), square(RATE_SIGMA_RADPS))
+            } else {
+                let fixes = square(f64::from(fixes_mps[axis]));
+                (VELOCITY + axis, -velocity[axis], square(VELOCITY_SIGMA_MPS) + fixes)
+            };
             let sensitivity = Sensitivity::default().with(state, T::ONE);
-            let innovation = off - self.estimate(state);
-            *slot = Some(ScalarMeasurement::new(channel, innovation, noise, sensitivity));
-        }
-        let slots = velocities.iter_mut().zip(VELOCITIES).zip(velocity.into_iter().zip(fixes_mps));
-        for (axis, ((slot, channel), (velocity, fixes_mps))) in slots.enumerate() {
-            let noise = T::of(square(VELOCITY_SIGMA_MPS) + square(f64::from(fixes_mps)));
-            let sensitivity = Sensitivity::default().with(VELOCITY + axis, T::ONE);
-            *slot = Some(ScalarMeasurement::new(channel, -velocity, noise, sensitivity));
-        }
+            let noise = T::of(sigma_squared);
+            Some(ScalarMeasurement::new(CHANNELS[index], innovation, noise, sensitivity))
+        });
         Some(self.update_axes(self.state.time, &axes, trace))
     }
 }

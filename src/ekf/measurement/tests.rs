@@ -8,7 +8,6 @@ use crate::ekf::kernel::trace::Trace;
 use crate::ekf::outcome::report::{Report, Unusable};
 use crate::ekf::settings::config::{AntennaHeadingModel, EkfConfig};
 use crate::ekf::settings::estimator_config::Rangefinder;
-use crate::ekf::watch::barometer::Barometer;
 use crate::ekf::watch::level_force::LevelForce;
 use crate::event::RangeReading;
 use crate::frames::{EulerAngles, Ned, Rotation, Vector};
@@ -255,7 +254,7 @@ fn a_barometer_sees_the_height_and_its_own_slow_error() {
     let offset_m = 12.0;
     let height_m = filter_now().position.height_m + offset_m;
     let errors = errors(&|filter, rows| {
-        filter.memory.barometer = Barometer::at(offset_m, filter.config.baro.noise_m);
+        filter.memory.barometer.start(offset_m, filter.config.baro.noise_m);
         let time = filter.state.time;
         filter.update_baro(time, height_m, rows).unwrap()
     });
@@ -312,7 +311,7 @@ fn a_heading_is_refused_as_not_levelled_after_a_gap_until_the_tilt_is_known() {
     let mut filter = filter(&[0.0; N], None);
     let time = filter.state.time;
     let field = filter.state.body_to_ned.inverse() * Vector::new(0.2, 0.0, 0.4);
-    filter.memory.gates.suspect_filter(time);
+    filter.memory.gates.suspected = time;
     filter.covariance.set_variance(ATTITUDE, 0.1);
     let told = filter.update_magnetic_heading(time, field, 0.0, &mut ());
     assert_eq!(told, Err(Unusable::NotLevelled));

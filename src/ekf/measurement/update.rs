@@ -145,7 +145,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 && self.memory.gates.is_biased(group, time, &off);
             let fits = largest <= square(T::of(self.config.gate.sigmas))
                 && !is_biased
-                && (!self.memory.gates.is_contradicted(group) || are_near(is_vertical(at)));
+                && (!(self.memory.gates.contradiction.proven && group.is_of_fix())
+                    || are_near(is_vertical(at)));
             let verdict = if fits {
                 if group == Group::HorizontalPosition {
                     self.judge_position(joint.variance(at).wide(), noise[at].wide());
@@ -161,9 +162,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 }
                 joint.settle(&mut self.covariance, &mut on_fused);
                 for axis in axes.iter().take(end).skip(members.start).flatten() {
-                    self.reopen(axis, time);
+                    let Some(state) = measured_state::<L, N>(axis.channel) else { continue };
+                    self.reopen(state, square(axis.innovation).wide(), time);
                     if let Reopening::Motion { lost_s } = reopening {
-                        self.reopen_motion(axis, lost_s);
+                        let opened = square(axis.innovation.wide() / lost_s.max(MIN_LOST_S));
+                        self.reopen(state.saturating_sub(POSITION - VELOCITY), opened, time);
                     }
                 }
                 joint.project(&mut self.covariance, members.start);
@@ -202,29 +205,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     fn judge_position(&mut self, variance: f64, noise: f64) {
         let wander_m = self.memory.gps_wander.map_or(0.0, |[level, ..]| level.into());
         if variance > square(UNKNOWN) * square(wander_m).max(noise) {
-            self.memory.gates.reset_position_time();
+            self.memory.gates.forget_position();
         }
-    }
-
-    /// Raises the variance of the velocity along the axis of a position whose receiver reports no velocity. The
-    /// innovation of the position arose within `lost_s`, s.
-    #[inline(never)]
-    fn reopen_motion(&mut self, axis: &Compared<T>, lost_s: f64) {
-        let opened = square(axis.innovation.wide() / lost_s.max(MIN_LOST_S));
-        match axis.channel {
-            Channel::PositionNorth => self.reopen_level_velocity(VELOCITY, opened),
-            Channel::PositionEast => self.reopen_level_velocity(VELOCITY + 1, opened),
-            _ => self.covariance.add_variance(VELOCITY + 2, opened),
-        }
-    }
-
-    /// Raises the variance of a component of the horizontal velocity by `opened`, (m/s)², and the variances of the
-    /// attitude.
-    fn reopen_level_velocity(&mut self, state: usize, opened: f64) {
-        self.covariance.add_variance(state, opened);
-        // An attitude error is the likely cause of a velocity error of this size.
-        self.reopen_tilt();
-        self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
     }
 
     /// Raises the variances of roll and pitch, whose error is the likely cause of a velocity error.
@@ -233,65 +215,59 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.covariance.add_variance(ATTITUDE + 1, square(REOPENED_TILT_RAD));
     }
 
-    /// Raises the variances of the states that an axis measures by the square of its innovation.
+    /// Raises the variance of a measured state by `opened`, and those of states that probably share its error.
     ///
     /// # Source
     /// Equation (K9) of docs/equations.md.
     #[inline(never)]
-    fn reopen(&mut self, axis: &Compared<T>, time: Time) {
-        let opened = square(axis.innovation).wide();
-        match axis.channel {
-            Channel::PositionNorth => self.covariance.add_variance(POSITION, opened),
-            Channel::PositionEast => self.covariance.add_variance(POSITION + 1, opened),
-            Channel::PositionDown => {
-                self.covariance.add_variance(POSITION + 2, opened);
-                // If a barometer agrees with the filter, its level has the same error as the height. The variance of
-                // the level is then raised together with that of the height.
+    fn reopen(&mut self, state: usize, opened: f64, time: Time) {
+        self.covariance.add_variance(state, opened);
+        match state {
+            // The axes of a measured attitude are not those of the states.
+            ATTITUDE => {
+                self.covariance.add_variance(ATTITUDE + 1, opened);
+                self.covariance.add_variance(ATTITUDE + 2, opened);
+            }
+            // An attitude error is the likely cause of an error of the horizontal velocity. The effect of tilt on the
+            // vertical velocity is of second order.
+            NORTH_VELOCITY | EAST_VELOCITY => {
+                self.reopen_tilt();
+                self.covariance.add_variance(ATTITUDE + 2, square(REOPENED_HEADING_RAD));
+            }
+            // If a barometer agrees with the filter, its level has the same error as the height. The variance of the
+            // level is then raised together with that of the height.
+            HEIGHT => {
                 if let Some(level) = L::BARO.filter(|_| self.memory.gates.agrees(Group::Baro, time))
                 {
                     self.covariance.add_variance(level, opened);
-                    let cross = self.covariance.value(POSITION + 2, level).wide();
-                    self.covariance.set_cross(POSITION + 2, level, cross + opened);
+                    let cross = self.covariance.value(HEIGHT, level).wide();
+                    self.covariance.set_cross(HEIGHT, level, cross + opened);
                 }
             }
-            // The effect of tilt on the vertical velocity is of second order.
-            Channel::VelocityDown | Channel::RestVelocityDown => {
-                self.covariance.add_variance(VELOCITY + 2, opened);
-            }
-            Channel::VelocityNorth
-            | Channel::VelocityEast
-            | Channel::RestVelocityNorth
-            | Channel::RestVelocityEast => {
-                let state = match axis.channel {
-                    Channel::VelocityNorth | Channel::RestVelocityNorth => VELOCITY,
-                    _ => VELOCITY + 1,
-                };
-                self.reopen_level_velocity(state, opened);
-            }
-            Channel::Roll | Channel::Pitch | Channel::Yaw | Channel::BaselineHeading => {
-                for state in 0..3 {
-                    self.covariance.add_variance(ATTITUDE + state, opened);
-                }
-            }
-            Channel::RestRateX => self.covariance.add_variance(GYRO_BIAS, opened),
-            Channel::RestRateY => self.covariance.add_variance(GYRO_BIAS + 1, opened),
-            Channel::RestRateZ => self.covariance.add_variance(GYRO_BIAS + 2, opened),
-            Channel::BaroHeight => {
-                if let Some(state) = L::BARO {
-                    self.covariance.add_variance(state, opened);
-                }
-            }
-            // The check for wheels comes before the comparison, so these axes are never rejected.
-            Channel::WheelsRight | Channel::WheelsDown => {}
-            // Its group has no gate, so the filter is never reset to it.
-            Channel::Own(_) => {}
-            Channel::Range => {
-                if let Some(state) = L::GROUND {
-                    self.covariance.add_variance(state, opened);
-                }
-            }
+            _ => {}
         }
     }
+}
+
+/// The state that a channel measures, the first one of the attitude. `None` for channels to which the filter is never
+/// reset.
+const fn measured_state<L: Layout<N>, const N: usize>(channel: Channel) -> Option<usize> {
+    Some(match channel {
+        Channel::PositionNorth => POSITION,
+        Channel::PositionEast => POSITION + 1,
+        Channel::PositionDown => HEIGHT,
+        Channel::VelocityNorth | Channel::RestVelocityNorth => NORTH_VELOCITY,
+        Channel::VelocityEast | Channel::RestVelocityEast => EAST_VELOCITY,
+        Channel::VelocityDown | Channel::RestVelocityDown => VELOCITY + 2,
+        Channel::Roll | Channel::Pitch | Channel::Yaw | Channel::BaselineHeading => ATTITUDE,
+        Channel::RestRateX => GYRO_BIAS,
+        Channel::RestRateY => GYRO_BIAS + 1,
+        Channel::RestRateZ => GYRO_BIAS + 2,
+        Channel::BaroHeight => return L::BARO,
+        Channel::Range => return L::GROUND,
+        // The check for wheels comes before the comparison; the group of own sensors has no gate.
+        Channel::WheelsRight | Channel::WheelsDown | Channel::Own(_) => return None,
+    })
 }
 
 /// Whether an axis of a fix is vertical, by its index: north, east and down of the velocity, then of the position.
@@ -299,6 +275,9 @@ const fn is_vertical(index: usize) -> bool {
     index % 3 == 2
 }
 
+const NORTH_VELOCITY: usize = VELOCITY;
+const EAST_VELOCITY: usize = VELOCITY + 1;
+const HEIGHT: usize = POSITION + 2;
 /// Ratio of the position's one-sigma to that of the fix above which the position was unknown before the fix.
 const UNKNOWN: f64 = 2.0;
 /// Lower limit, s, of the time in which an innovation of the position arose. The variance of the velocity is raised by

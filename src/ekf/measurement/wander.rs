@@ -1,7 +1,7 @@
 //! Slow errors of fixes, common to several successive fixes.
 
 use crate::ekf::filter::Ekf;
-use crate::ekf::kernel::covariance::{Relaxation, Transition};
+use crate::ekf::kernel::covariance::Relaxation;
 use crate::ekf::kernel::layout::Layout;
 use crate::ekf::kernel::trace::Trace;
 use crate::gps::Fix;
@@ -83,20 +83,14 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             }
             changes = true;
             let kept = if *new < old { square(*new / old) } else { 1.0 };
-            for axis in axes {
-                let (Some(decay), Some(noise)) =
-                    (relaxation.decay.get_mut(axis), relaxation.noise.get_mut(axis))
-                else {
-                    continue;
-                };
+            let states = relaxation.decay.iter_mut().zip(&mut relaxation.noise);
+            for (decay, noise) in states.take(axes.end).skip(axes.start) {
                 *decay = T::of(kept);
                 *noise = T::of(square(*new) - square(kept * old));
             }
         }
         if changes {
-            self.covariance.relax(&relaxation);
-            self.decay(&relaxation);
-            trace.propagated(&Transition::of_relaxation(relaxation));
+            self.apply(relaxation, trace);
         }
     }
 

@@ -7,7 +7,7 @@ use crate::ekf::kernel::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY
 use crate::ekf::kernel::trace::Trace;
 use crate::ekf::outcome::innovation::Channel;
 use crate::ekf::outcome::report::Report;
-use crate::ekf::watch::wheels::{Across, SLOWEST_MPS, Seen, WheelWatch};
+use crate::ekf::watch::wheels::{SLOWEST_MPS, Seen, WheelWatch};
 use crate::frames::{Body, Vector};
 use crate::matrix::square;
 use crate::scalar::{Scalar, single};
@@ -32,13 +32,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if single(forward.x()).abs() < SLOWEST_MPS {
             return;
         }
-        let [right, down] = [Across::Right, Across::Down].map(|across| {
-            let Slip { mut seen, sensitivity, .. } = self.slip(wheels, across);
+        let seen = [false, true].map(|is_down| {
+            let Slip { mut seen, sensitivity, .. } = self.slip(wheels, is_down);
             seen.own_variance = single(self.covariance.project(&sensitivity).1);
             seen
         });
         let [.., [_, bank, _]] = self.state.body_to_ned.rows();
-        wheels.observe_velocity(self.state.time, &right, &down, single(bank));
+        wheels.observe_velocity(self.state.time, &seen, single(bank));
     }
 
     /// Applies the constraint of `wheels` while fixes are absent; call it after [`predict`](Self::predict). `None` if
@@ -58,10 +58,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.relax(trace);
         let mut axes = [None; 6];
         let mut normalised = [0.0; 2];
-        let channels = [(Across::Right, Channel::WheelsRight), (Across::Down, Channel::WheelsDown)];
-        for ((slot, size), (across, channel)) in axes.iter_mut().zip(&mut normalised).zip(channels)
-        {
-            let Slip { left_mps, variance, sensitivity, .. } = self.slip(wheels, across);
+        let channels = [(false, Channel::WheelsRight), (true, Channel::WheelsDown)];
+        let slots = axes.iter_mut().zip(&mut normalised);
+        for ((slot, size), (is_down, channel)) in slots.zip(channels) {
+            let Slip { left_mps, variance, sensitivity, .. } = self.slip(wheels, is_down);
             let noise = T::of(variance.into());
             let own = self.covariance.project(&sensitivity).1;
             *size = single(-left_mps / (own + noise).sqrt());
@@ -79,13 +79,15 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         Some(self.update_axes(time, &axes, trace))
     }
 
-    fn slip(&self, wheels: &WheelWatch, across: Across) -> Slip<T> {
+    /// The velocity to the right or, if `is_down`, downwards, beyond that of the direction of travel.
+    fn slip(&self, wheels: &WheelWatch, is_down: bool) -> Slip<T> {
         let velocity = self.state.body_to_ned.inverse() * self.state.velocity_mps;
         let [_, rate_y, rate_z] = self.memory.angular_rate_radps.to_array();
         let [force_x, force_y] = wheels.force_mps2();
-        let (across_mps, rate, force_mps2, gyro) = match across {
-            Across::Right => (velocity.y(), rate_z, force_y, GYRO_BIAS + 2),
-            Across::Down => (velocity.z(), rate_y, force_x, GYRO_BIAS + 1),
+        let (across_mps, rate, force_mps2, gyro, [right, down]) = if is_down {
+            (velocity.z(), rate_y, force_x, GYRO_BIAS + 1, [T::ZERO, T::ONE])
+        } else {
+            (velocity.y(), rate_z, force_y, GYRO_BIAS + 2, [T::ONE, T::ZERO])
         };
         let seen = Seen {
             forward_mps: single(velocity.x()),
@@ -94,12 +96,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             across_mps: single(across_mps),
             own_variance: 0.0,
         };
-        let line = wheels.line(across, &seen);
+        let line = wheels.line(is_down, &seen);
         let (slope, arm_m) = (T::of(line.slope.into()), T::of(line.arm_m.into()));
-        let square_to_line: Vector<Body, T> = match across {
-            Across::Right => Vector::new(-slope, T::ONE, T::ZERO),
-            Across::Down => Vector::new(-slope, T::ZERO, T::ONE),
-        };
+        let square_to_line = Vector::<Body, T>::new(-slope, right, down);
         // δz = d · (δv + v × ψ) + arm δb_g, d the direction across in NED.
         let direction = self.state.body_to_ned * square_to_line;
         let mut sensitivity = Sensitivity::default();

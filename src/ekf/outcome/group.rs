@@ -31,11 +31,6 @@ impl Group {
         (self as usize) < Self::GPS
     }
 
-    /// Whether the group is a position of a fix.
-    pub const fn is_position(self) -> bool {
-        matches!(self, Self::HorizontalPosition | Self::VerticalPosition)
-    }
-
     /// Number of the group among those that have one axis and observe height, as `Gates::is_biased`
     /// requires.
     pub const fn height(self) -> Option<usize> {

@@ -56,16 +56,6 @@ pub enum ImuFault {
     Interpolated,
 }
 
-impl fmt::Display for Prediction {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Stepped => f.write_str("one step"),
-            Self::BridgedGap { length_s } => write!(f, "no samples for {length_s:.3} s: bridged"),
-            Self::Reset(cause) => cause.fmt(f),
-        }
-    }
-}
-
 impl fmt::Display for ResetCause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -142,16 +142,17 @@ impl Unusable {
     /// logger.
     #[must_use]
     pub const fn is_fault(self) -> bool {
-        match self {
-            Self::NotFinite | Self::TooOld | Self::AheadOfImu | Self::Repeated => true,
-            Self::Stuck
-            | Self::WrongBaseline
-            | Self::BaselineReversed
-            | Self::InconsistentWithGyros => true,
-            Self::Outlier | Self::HorizontalFieldTooWeak => true,
-            Self::TooSoon | Self::NoState | Self::NotAligned | Self::HeadingUnknown => false,
-            Self::OutOfRange | Self::TooTilted | Self::NotLevelled | Self::RepeatedReading => false,
-        }
+        !matches!(
+            self,
+            Self::TooSoon
+                | Self::NoState
+                | Self::NotAligned
+                | Self::HeadingUnknown
+                | Self::OutOfRange
+                | Self::TooTilted
+                | Self::NotLevelled
+                | Self::RepeatedReading
+        )
     }
 }
 

@@ -193,7 +193,7 @@ impl<L: Layout<N>, const N: usize> Smoother<L, N> {
             match record {
                 Record::Propagated => {
                     if let Some(step) = self.propagations.pop() {
-                        adjoint.back_over_propagation::<L>(&step);
+                        adjoint.back_over_propagation(&step);
                     }
                 }
                 Record::Updated => {
@@ -245,12 +245,12 @@ impl<const N: usize> Adjoint<N> {
     ///
     /// # Source
     /// Equation (B2) of docs/equations.md.
-    fn back_over_propagation<L: Layout<N>>(&mut self, step: &Transition<f64, N>) {
-        pull_back::<L, N, 1>(step, &mut self.vector);
-        pull_back::<L, N, N>(step, &mut self.information);
+    fn back_over_propagation(&mut self, step: &Transition<f64, N>) {
+        pull_back::<N, 1>(step, &mut self.vector);
+        pull_back::<N, N>(step, &mut self.information);
         let half_done = self.information;
         self.information = core::array::from_fn(|i| core::array::from_fn(|j| half_done[j][i]));
-        pull_back::<L, N, N>(step, &mut self.information);
+        pull_back::<N, N>(step, &mut self.information);
         // Otherwise rounding would make Λ asymmetric over a long log.
         mirror(&mut self.information);
     }
@@ -342,10 +342,7 @@ const fn is_used_by_solution(row: usize, column: usize) -> bool {
 
 /// Φᵀ times a matrix: the transpose of the factor in
 /// [`Covariance::propagate`](crate::ekf::kernel::covariance::Covariance::propagate).
-fn pull_back<L: Layout<N>, const N: usize, const M: usize>(
-    step: &Transition<f64, N>,
-    rows: &mut [[f64; M]; N],
-) {
+fn pull_back<const N: usize, const M: usize>(step: &Transition<f64, N>, rows: &mut [[f64; M]; N]) {
     let half = 0.5 * step.interval_s;
     if let Some(Relaxation { decay, .. }) = &step.relaxation {
         for (row, decay) in rows.iter_mut().zip(decay).skip(GYRO_BIAS) {
@@ -370,12 +367,6 @@ fn pull_back<L: Layout<N>, const N: usize, const M: usize>(
     };
     subtract(GYRO_BIAS, &step.turn, &attitude);
     subtract(ACCEL_BIAS, &step.turn, &velocity);
-    if let Some(scale) = L::GYRO_SCALE {
-        subtract(scale, &step.scaled_rotation, &attitude);
-    }
-    if let Some(scale) = L::ACCEL_SCALE {
-        subtract(scale, &step.scaled_velocity, &velocity);
-    }
     for (axis, row) in velocity.iter().enumerate() {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
         add_scaled(&mut rows[ATTITUDE + next], step.force[last], row);

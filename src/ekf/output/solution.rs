@@ -7,6 +7,7 @@
 use crate::earth::Geodetic;
 use crate::ekf::filter::Ekf;
 use crate::ekf::kernel::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
+use crate::ekf::watch::OUTLIER_SIGMAS;
 use crate::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use crate::ins::LeverArm;
 use crate::scalar::Scalar;
@@ -71,14 +72,11 @@ impl Solution {
     }
 }
 
-/// Factor on the one-sigma of the velocity. The vehicle moves if its speed exceeds a limit by this product.
-const MOVES_SIGMAS: f64 = 3.0;
-
 impl<T: Scalar> Solution<T> {
     /// Whether the speed exceeds `min_mps` plus three one-sigmas of the velocity.
     pub(in crate::ekf) fn moves(&self, min_mps: f64) -> bool {
         let [north, east, down] = self.velocity_sigma_mps.to_array();
-        let still_mps = T::of(min_mps) + T::of(MOVES_SIGMAS) * north.max(east).max(down);
+        let still_mps = T::of(min_mps) + T::of(OUTLIER_SIGMAS) * north.max(east).max(down);
         !self.velocity_mps.is_shorter_than(still_mps)
     }
 

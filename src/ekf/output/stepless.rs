@@ -14,7 +14,7 @@ const ANOTHER_MPS: f64 = 10.0;
 /// once.
 const ANOTHER_M: f64 = 100.0;
 
-/// Holds back the corrections by measurements, and releases them with a time constant.
+/// Holds back the corrections by measurements, and releases them with a time constant of 0.35 s.
 ///
 /// Give it to the estimator as its [`Trace`], and take the controller's solution from [`solution`](Self::solution).
 /// That is the filter's own solution minus the corrections still held back. Motion passes through without delay, so at
@@ -36,9 +36,8 @@ const ANOTHER_M: f64 = 100.0;
 ///
 /// # Source
 /// Equation (C11) of docs/equations.md.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct SteplessSolution<T = f64> {
-    time_constant_s: T,
     /// Time of the previous solution.
     before: Option<Time>,
     attitude_rad: PendingCorrection<T>,
@@ -49,6 +48,9 @@ pub struct SteplessSolution<T = f64> {
     velocity_mps: PendingCorrection<T>,
     position_m: PendingCorrection<T>,
 }
+
+/// Time constant of the release, s: four fifths of a correction are released within a second.
+const RELEASE_S: f64 = 0.35;
 
 /// Limit below which a held-back correction and its rate are set to zero: rad, m/s or m, and rad/s, m/s² or m/s.
 const FORGOTTEN: f64 = 1e-12;
@@ -77,35 +79,9 @@ impl<T: Scalar> PendingCorrection<T> {
     }
 }
 
-impl<T: Scalar> Default for SteplessSolution<T> {
-    /// With a time constant of 0.35 s: four fifths of a correction are released within a second.
-    fn default() -> Self {
-        Self::new(0.35)
-    }
-}
-
 impl<T: Scalar> SteplessSolution<T> {
-    /// State without held-back corrections; the time constant `time_constant_s` is clamped to 0.05 to 10 s.
-    #[must_use]
-    pub fn new(time_constant_s: f64) -> Self {
-        Self {
-            time_constant_s: T::of(if time_constant_s.is_nan() {
-                0.05
-            } else {
-                time_constant_s.clamp(0.05, 10.0)
-            }),
-            before: None,
-            attitude_rad: PendingCorrection::default(),
-            heading_revision_rad: PendingCorrection::default(),
-            revised_rad: T::ZERO,
-            velocity_mps: PendingCorrection::default(),
-            position_m: PendingCorrection::default(),
-        }
-    }
-
     /// Held-back corrections: attitude, rad, velocity, m/s, and position, m, north, east, down.
-    #[must_use]
-    pub const fn kept_back(&self) -> [Vector<Ned, T>; 3] {
+    const fn kept_back(&self) -> [Vector<Ned, T>; 3] {
         [self.attitude_rad.left, self.velocity_mps.left, self.position_m.left]
     }
 
@@ -118,7 +94,7 @@ impl<T: Scalar> SteplessSolution<T> {
         let revised_rad = filtered.heading_revision_rad - self.revised_rad;
         self.revised_rad = filtered.heading_revision_rad;
         self.heading_revision_rad.left += Vector::new(T::ZERO, T::ZERO, revised_rad);
-        let (times, per_s) = (elapsed_s / self.time_constant_s, T::ONE / self.time_constant_s);
+        let (times, per_s) = (elapsed_s / T::of(RELEASE_S), T::ONE / T::of(RELEASE_S));
         let share = (-times).exp();
         for kept in [
             &mut self.attitude_rad,
@@ -134,8 +110,8 @@ impl<T: Scalar> SteplessSolution<T> {
             && position_m.is_shorter_than(T::of(ANOTHER_M))
             && attitude_rad.is_shorter_than(T::of(core::f64::consts::PI));
         if !small {
-            let Self { before, revised_rad, time_constant_s, .. } = *self;
-            *self = Self { before, revised_rad, time_constant_s, ..Self::default() };
+            let Self { before, revised_rad, .. } = *self;
+            *self = Self { before, revised_rad, ..Self::default() };
         }
         let [attitude_rad, velocity_mps, position_m] = self.kept_back();
         let turned = attitude_rad.dot(attitude_rad);

@@ -58,10 +58,6 @@ settings! {
         accel_bias_sigma_mps2 = 0.05, 1e-6..=5.0 "m/s²";
         /// Correlation time of the accelerometer bias, s.
         accel_bias_time_s = 1e4, 1.0..=1e7 "s";
-        /// One-sigma of each gyro's scale factor error, if the layout has states for it.
-        gyro_scale_sigma = 0.005, 0.0..=0.3 "";
-        /// One-sigma of each accelerometer's scale factor error, if the layout has states for it.
-        accel_scale_sigma = 0.005, 0.0..=0.3 "";
         /// Gyro error about the axis of a turn, as a fraction of the turn, if the layout has no states for it. It
         /// contains scale factor error and lag. The error across the axis, by misalignment, is 2.5 times as large.
         turn_error_share = 0.0012, 0.0..=0.3 "";

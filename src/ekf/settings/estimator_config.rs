@@ -86,13 +86,6 @@ impl EstimatorConfig {
         self.ekf.imu = imu;
         self
     }
-
-    /// Sets the errors of the GPS, `ekf.gps`.
-    #[must_use]
-    pub const fn with_gps(mut self, gps: GpsModel) -> Self {
-        self.ekf.gps = gps;
-        self
-    }
 }
 
 /// A rangefinder: position, direction and errors.

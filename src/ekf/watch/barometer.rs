@@ -1,5 +1,6 @@
 //! Level and noise of a barometer, kept outside the filter's states.
 
+use super::OUTLIER_SIGMAS;
 use crate::matrix::square;
 
 /// A barometer's level and scatter.
@@ -17,8 +18,6 @@ pub(in crate::ekf) struct Barometer {
 
 /// Averaging time of the scatter, s: a hundred readings of most barometers.
 const SCATTER_S: f64 = 10.0;
-/// Largest contribution of a reading to the noise, in one-sigmas: outliers are not noise.
-const MAX_SIGMAS: f64 = 3.0;
 /// Largest weight of one reading in the variance.
 const MAX_SHARE: f64 = 0.05;
 /// Longest time, s, for which a logger repeats a reading; longer repetitions come from a coarse resolution.
@@ -33,11 +32,11 @@ impl Barometer {
     pub const BEFORE_FIRST_READING: Self =
         Self { level_m: 0.0, reading_m: f32::NAN, left_m: 0.0, variance: 0.0 };
 
-    /// Barometer whose first reading was `level_m` above the filter's height. The stated one-sigma of its noise is
+    /// Sets the level: the first reading is `level_m` above the filter's height. The stated one-sigma of the noise is
     /// `noise_m`.
-    pub fn at(level_m: f64, noise_m: f64) -> Self {
-        let variance = (square(UNKNOWN * noise_m) as f32).max(f32::MIN_POSITIVE);
-        Self { level_m: level_m as f32, variance, ..Self::BEFORE_FIRST_READING }
+    pub fn start(&mut self, level_m: f64, noise_m: f64) {
+        self.level_m = level_m as f32;
+        self.variance = (square(UNKNOWN * noise_m) as f32).max(f32::MIN_POSITIVE);
     }
 
     /// Whether a reading has been received.
@@ -75,7 +74,7 @@ impl Barometer {
     ) -> f64 {
         let known = f64::from(self.variance).max(square(noise_m));
         let differs = 0.5 * square(innovation_m - f64::from(self.left_m)) - explained;
-        let counted = differs.max(0.0).min(square(MAX_SIGMAS) * known);
+        let counted = differs.max(0.0).min(square(OUTLIER_SIGMAS) * known);
         let share = (interval_s / SCATTER_S).clamp(0.0, MAX_SHARE);
         self.variance += (share * (counted - f64::from(self.variance))) as f32;
         self.noise_variance(noise_m)
@@ -102,7 +101,8 @@ mod tests {
     /// of the previous one. The filter's height drifts at `drift_mps`, and every hundredth reading has an outlier of 50
     /// m.
     fn learned_m(scatter_m: f64, drift_mps: f64) -> f64 {
-        let mut barometer = Barometer::at(7.0, 0.5);
+        let mut barometer = Barometer::BEFORE_FIRST_READING;
+        barometer.start(7.0, 0.5);
         let mut noise_m = f64::NAN;
         for reading in 0..600 {
             let side = if reading % 4 < 2 { 1.0 } else { -1.0 };
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn a_reading_that_a_logger_repeats_counts_once_and_one_of_coarse_steps_again_after_a_while() {
-        let mut barometer = Barometer::at(0.0, 0.5);
+        let mut barometer = Barometer::BEFORE_FIRST_READING;
         let repeats = [(400.5, 0.02), (400.5, 0.02), (400.5, 1.3), (401.0, 0.02), (401.0, 0.5)]
             .map(|(reading_m, elapsed_s)| barometer.repeats(reading_m, elapsed_s));
         assert_eq!(repeats, [false, true, false, false, true]);

@@ -9,7 +9,7 @@
 //! before it shows in the correlation. Rejected innovations then grow from fix to fix, while a receiver fault appears
 //! at full size at once.
 
-use super::BETWEEN_FIXES_S;
+use super::{BETWEEN_FIXES_S, OUTLIER_SIGMAS};
 use crate::ekf::outcome::innovation::{Channel, Innovation, Verdict};
 use crate::ekf::outcome::report::Report;
 use crate::matrix::square;
@@ -79,8 +79,6 @@ const GROWN: f64 = 1.5;
 const GROWING_DOWN_S: f64 = 1.9;
 /// Longest time, s, between two resets of the vertical velocity to the same side that indicate a step.
 const AGAIN_S: f64 = 10.0;
-/// Limit to which a normalised innovation is clamped: outliers are not noise.
-const MAX_SIGMAS: f64 = 3.0;
 
 impl Excess {
     /// State before the first fix: the assumed noise.
@@ -114,7 +112,8 @@ impl Excess {
             find(channel).filter(|axis| axis.verdict == verdict).map(Innovation::normalised)
         };
         let accepted = |channel| {
-            normalised(channel, Verdict::Accepted).map(|off| off.clamp(-MAX_SIGMAS, MAX_SIGMAS))
+            normalised(channel, Verdict::Accepted)
+                .map(|off| off.clamp(-OUTLIER_SIGMAS, OUTLIER_SIGMAS))
         };
         let rejected = |channel| normalised(channel, Verdict::Rejected);
         let level = accepted(Channel::VelocityNorth).zip(accepted(Channel::VelocityEast));

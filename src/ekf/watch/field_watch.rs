@@ -5,7 +5,7 @@
 //! heading. The gyros show a turn of the field that is faster than their drift. A slower turn is unobservable; the
 //! component across is then assumed to be as large as the others.
 
-use super::READING_S;
+use super::{OUTLIER_SIGMAS, READING_S};
 use crate::frames::wrap_angle;
 use crate::matrix::square;
 use crate::scalar::root;
@@ -83,8 +83,6 @@ const CHANGED_SHARE: f32 = 0.1;
 const CHANGED_SIGMAS: f32 = 4.0;
 /// Smallest turn of the field that counts, rad.
 const TURNED_RAD: f32 = 0.17;
-/// Smallest turn of the field that counts, in one-sigmas of the heading.
-const TURNED_SIGMAS: f32 = 3.0;
 /// Time constant of the usual azimuth, s. Only a faster turn of the field counts.
 const AZIMUTH_S: f32 = 15.0;
 /// Fraction of the limits within which the field counts as returned.
@@ -162,7 +160,7 @@ impl FieldWatch {
         let limit = Change {
             parts: (square(CHANGED_SHARE) * strength).max(chance),
             turn: square(TURNED_RAD)
-                .max(square(TURNED_SIGMAS) * heading_variance)
+                .max(square(OUTLIER_SIGMAS as f32) * heading_variance)
                 .max(chance / square(min_level).max(f32::MIN_POSITIVE)),
         };
         let was_usual = self.heading_sigma_rad == 0.0;

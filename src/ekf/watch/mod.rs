@@ -20,3 +20,5 @@ pub(super) mod wheels;
 pub(super) const READING_S: f64 = 1.0;
 /// Longest interval, s, between two fixes that are compared.
 pub(super) const BETWEEN_FIXES_S: f64 = 3.0;
+/// Size, in one-sigmas, beyond which a value counts as an outlier: chance alone rarely causes it.
+pub(super) const OUTLIER_SIGMAS: f64 = 3.0;

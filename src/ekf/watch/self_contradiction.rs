@@ -70,16 +70,23 @@ struct Usual {
 impl Usual {
     const NONE: Self = Self { mean_squares: [0.0; 2], learned_s: 0.0 };
 
-    /// Limits, horizontal and vertical, of a usual change from fix to fix: [`SIGMAS`] times the stated one-sigma or
-    /// [`LEARNED`] times the learned root mean square, whichever is less.
-    fn limits(&self, [sigma, _, sigma_down]: [f64; 3]) -> [f64; 2] {
-        let stated = [sigma, sigma_down].map(|sigma| SIGMAS * sigma);
-        if self.learned_s < LEARNED_S {
-            return stated;
+    /// Limits, horizontal and vertical, of a usual change from fix to fix. Each is `agreement`, plus `explained`, plus
+    /// [`SIGMAS`] times the stated one-sigma or [`LEARNED`] times the learned root mean square, whichever is less.
+    fn limits(
+        &self,
+        [sigma, _, sigma_down]: [f64; 3],
+        agreement: f64,
+        explained: [f64; 2],
+    ) -> [f64; 2] {
+        let mut limits = [sigma, sigma_down].map(|sigma| SIGMAS * sigma);
+        for ((limit, square), explained) in limits.iter_mut().zip(self.mean_squares).zip(explained)
+        {
+            if self.learned_s >= LEARNED_S {
+                *limit = limit.min(LEARNED * libm::sqrt(f64::from(square)));
+            }
+            *limit = agreement + *limit + explained;
         }
-        let [level, vertical] =
-            self.mean_squares.map(|square| LEARNED * libm::sqrt(f64::from(square)));
-        [stated[0].min(level), stated[1].min(vertical)]
+        limits
     }
 
     /// Learns from a change, NED, over an interval, s. An unusual one has a part beyond `limits`.
@@ -227,7 +234,6 @@ impl<T: Scalar> SelfContradiction<T> {
         let fallen_mps = Vector::new(0.0, 0.0, expected.gravity_mps2 * interval_s);
         let moved_mps = felt_mps + fallen_mps;
         self.note_agility(moved_mps, interval_s);
-        let agility_mps = self.agility_mps2.map(|agility| f64::from(agility) * interval_s);
         let velocities = before.velocity_mps.zip(reading.velocity_mps);
         let change = velocities.filter(|_| !in_part).map(|(from, to)| to - from);
         let left_mps = change.map_or(Vector::ZERO, |change| change - moved_mps);
@@ -236,14 +242,10 @@ impl<T: Scalar> SelfContradiction<T> {
         let off_m = (moved_m - (from + to) * (0.5 * interval_s)).to_array();
         let turned_mps = if in_part { to - from } else { moved_mps };
         let meanwhile_m = MEANWHILE * turned_mps.norm() * interval_s;
-        let [level, vertical] = self.usual_mps.limits(expected.velocity_mps);
-        let [level_mps, vertical_mps] = agility_mps;
-        let limits_mps = [
-            AGREEMENT_MPS + level + EXPLAINS * level_mps,
-            AGREEMENT_MPS + vertical + EXPLAINS * vertical_mps,
-        ];
-        let limits_m =
-            self.usual_m.limits(expected.position_m).map(|usual| AGREEMENT_M + usual + meanwhile_m);
+        let agile_mps =
+            self.agility_mps2.map(|agility| EXPLAINS * (f64::from(agility) * interval_s));
+        let limits_mps = self.usual_mps.limits(expected.velocity_mps, AGREEMENT_MPS, agile_mps);
+        let limits_m = self.usual_m.limits(expected.position_m, AGREEMENT_M, [meanwhile_m; 2]);
         let unexplained = Unexplained {
             velocity_mps: beyond(left_mps.to_array(), limits_mps),
             position_m: beyond(off_m, limits_m),
@@ -450,7 +452,7 @@ mod tests {
         let mut usual = Usual { mean_squares: [0.01; 2], learned_s: USUAL_S };
         let stated = [9.0; 3];
         let mut within = |[north, east, down]: [f64; 3]| {
-            let limits = usual.limits(stated).map(|usual| AGREEMENT_MPS + usual);
+            let limits = usual.limits(stated, AGREEMENT_MPS, [0.0; 2]);
             let is_usual = beyond([north, east, down], limits) == [0.0; 3];
             usual.learn([north, east, down], limits, 1.0, is_usual);
             is_usual

@@ -18,8 +18,8 @@ use crate::time::Time;
 /// Monitor of the velocity to the right and downwards, observed while fixes are available.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::ekf) struct WheelWatch {
-    right: Track,
-    down: Track,
+    /// Velocity to the right and downwards.
+    tracks: [Track; 2],
     /// Turn accumulated while the velocity was observed well, rad.
     turned_rad: f32,
     /// Weighted sums for the bank in turns. First: sine of the bank times the centripetal acceleration in g. Second:
@@ -34,13 +34,6 @@ pub(in crate::ekf) struct WheelWatch {
     is_reported: bool,
     /// Time of the last observation or constraint.
     seen: Time,
-}
-
-/// Direction across the forward axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::ekf) enum Across {
-    Right,
-    Down,
 }
 
 /// Direction of travel of a vehicle on wheels, in the inertial unit's axes.
@@ -92,8 +85,6 @@ const ROLLS_MPS: f32 = 0.15;
 /// Minimum time of observation, s, before the vehicle is found to roll on wheels. An observation as accurate as a car's
 /// usual residual counts fully.
 const ROLLS_S: f32 = 10.0;
-/// Minimum accumulated turn, rad, before the vehicle is found to roll on wheels.
-const HALF_A_TURN_RAD: f32 = core::f32::consts::PI;
 /// Threshold of the bank in turns, as a fraction of the coordinated bank. Above it the vehicle is an aircraft: a
 /// vehicle on wheels rolls outwards.
 const BANKS: f32 = 0.5;
@@ -185,17 +176,13 @@ impl Seen {
 
 impl WheelWatch {
     /// State before the first observation, for a vehicle of the declared `kind`.
-    pub const fn of(kind: Option<VehicleKind>) -> Self {
-        match kind {
-            Some(kind) => Self::declared(Some(matches!(kind, VehicleKind::Wheeled))),
-            None => Self::declared(None),
-        }
+    pub fn of(kind: Option<VehicleKind>) -> Self {
+        Self::declared(kind.map(|kind| kind == VehicleKind::Wheeled))
     }
 
     const fn declared(declared: Option<bool>) -> Self {
         Self {
-            right: Track::BEFORE_FIRST_TURN,
-            down: Track::BEFORE_FIRST_TURN,
+            tracks: [Track::BEFORE_FIRST_TURN; 2],
             turned_rad: 0.0,
             banked: [0.0; 2],
             force_mps2: [0.0; 2],
@@ -215,11 +202,12 @@ impl WheelWatch {
     ///
     /// # Source
     /// Equation (M17) of docs/equations.md.
-    pub fn observe_velocity(&mut self, time: Time, right: &Seen, down: &Seen, bank: f32) {
+    pub fn observe_velocity(&mut self, time: Time, seen: &[Seen; 2], bank: f32) {
         let elapsed_s = (time - self.seen).clamp(0.0, READING_S) as f32;
         self.seen = time;
         let size =
             |seen: &Seen| dot(&seen.causes(), &[1.0; CAUSES]) + seen.across_mps + seen.own_variance;
+        let [right, down] = seen;
         // The comparison also rejects NaN.
         let sizes = size(right) + size(down) + bank;
         let speed_mps = right.forward_mps.abs();
@@ -231,11 +219,13 @@ impl WheelWatch {
         for (sum, factor) in self.banked.iter_mut().zip([bank, centripetal]) {
             *sum = fade * *sum + elapsed_s * centripetal * factor;
         }
-        let before_s = self.right.seen_s;
-        self.right.observe(right, elapsed_s);
-        self.down.observe(down, elapsed_s);
-        self.turned_rad += (self.right.seen_s - before_s).max(0.0) * right.rate_radps.abs();
-        let left = self.right.left.max(self.down.left);
+        let [Track { seen_s: before_s, .. }, _] = self.tracks;
+        for (track, seen) in self.tracks.iter_mut().zip(seen) {
+            track.observe(seen, elapsed_s);
+        }
+        let [level_s, vertical_s] = self.tracks.map(|track| track.seen_s);
+        self.turned_rad += (level_s - before_s).max(0.0) * right.rate_radps.abs();
+        let left = self.left();
         let [banked, turned] = self.banked;
         let banks = banked > BANKS * turned;
         self.is_active = if let Some(declared) = self.declared {
@@ -245,8 +235,8 @@ impl WheelWatch {
         } else {
             left < square(ROLLS_MPS)
                 && !banks
-                && self.right.seen_s.min(self.down.seen_s) > ROLLS_S
-                && self.turned_rad > HALF_A_TURN_RAD
+                && level_s.min(vertical_s) > ROLLS_S
+                && self.turned_rad > core::f32::consts::PI
         };
     }
 
@@ -269,29 +259,26 @@ impl WheelWatch {
     /// the motion is impossible on wheels: an innovation beyond `gate`, or biased innovations. The constraint then
     /// stops until fixes show wheels again.
     pub fn is_violated(&mut self, normalised: [f32; 2], gate: f32) -> bool {
-        for (track, normalised) in [&mut self.right, &mut self.down].into_iter().zip(normalised) {
+        for (track, normalised) in self.tracks.iter_mut().zip(normalised) {
             track.mean_innovation +=
                 INTERVAL_S as f32 / CORRELATED_S * (normalised - track.mean_innovation);
         }
         // The comparison also counts NaN as a violation.
-        let unbiased =
-            self.right.mean_innovation.abs() < BIASED && self.down.mean_innovation.abs() < BIASED;
+        let unbiased = self.tracks.iter().all(|track| track.mean_innovation.abs() < BIASED);
         let violated = !(unbiased && normalised.iter().all(|size| size.abs() <= gate));
         if violated {
             self.is_active = false;
-            for track in [&mut self.right, &mut self.down] {
+            for track in &mut self.tracks {
                 (track.left, track.mean_innovation) = (square(VIOLATED_MPS), 0.0);
             }
         }
         violated
     }
 
-    /// Direction of travel at the motion `seen`, from the component `across`.
-    pub fn line(&self, across: Across, seen: &Seen) -> Line {
-        let track = match across {
-            Across::Right => &self.right,
-            Across::Down => &self.down,
-        };
+    /// Direction of travel at the motion `seen`, from the velocity to the right or, if `is_down`, downwards.
+    pub fn line(&self, is_down: bool, seen: &Seen) -> Line {
+        let [right, down] = &self.tracks;
+        let track = if is_down { down } else { right };
         let ([slope, arm_m, compliance], covariance) = track.found();
         let causes = seen.causes();
         let of_line = dot(&times(&covariance, &causes), &causes);
@@ -319,7 +306,13 @@ impl WheelWatch {
 
     /// One-sigma of the constrained velocity across, m/s.
     pub fn sigma_mps(&self) -> f32 {
-        root(self.right.left.max(self.down.left).max(square(MIN_MPS)))
+        root(self.left().max(square(MIN_MPS)))
+    }
+
+    /// Larger variance of the residual of the two tracks, (m/s)².
+    fn left(&self) -> f32 {
+        let [right, down] = &self.tracks;
+        right.left.max(down.left)
     }
 }
 

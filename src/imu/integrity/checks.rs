@@ -15,8 +15,3 @@ impl Checks {
     /// All faults.
     pub const ALL: Self = Self { clipping: true, shocks: true, stuck_axes: true };
 }
-
-/// Whether any element is true; without branches.
-pub(super) const fn any([x, y, z]: [bool; 3]) -> bool {
-    x | y | z
-}

@@ -25,11 +25,11 @@ fn steady_vibration_is_no_suspicion() {
     for k in 0..3000 {
         let found = integrity.push(
             (&rates(3.0 * next(), 0.1 * next()), true),
-            &ClippedAxes::NONE,
+            &ImuAxes::NONE,
             0.01,
             (&FullScale::default(), Checks::ALL),
         );
-        assert!(k < 100 || (!found.shaken && !found.is_clipped()), "{k}");
+        assert!(k < 100 || (!found.shaken && !found.clipped.any()), "{k}");
         assert!(k < 100 || found.velocity_variance == [0.0; 3]);
     }
 }
@@ -43,14 +43,14 @@ fn readings_at_a_known_or_learned_full_scale_are_clipped() {
             let force = (40.0 * next()).clamp(-20.0, 20.0);
             let found = integrity.push(
                 (&rates(force, 0.0), true),
-                &ClippedAxes::NONE,
+                &ImuAxes::NONE,
                 0.01,
                 (&scale, Checks::ALL),
             );
-            assert!(k < from || force.abs() != 20.0 || found.accel_clipped[0]);
-            assert!(force.abs() > 19.9 || !found.accel_clipped[0]);
-            assert!(!found.accel_clipped[2] && found.gyro_clipped == [false; 3]);
-            assert!(!found.accel_clipped[0] || found.velocity_variance[0] > 0.0);
+            assert!(k < from || force.abs() != 20.0 || found.clipped.accel[0]);
+            assert!(force.abs() > 19.9 || !found.clipped.accel[0]);
+            assert!(!found.clipped.accel[2] && found.clipped.gyro == [false; 3]);
+            assert!(!found.clipped.accel[0] || found.velocity_variance[0] > 0.0);
         }
     }
 }
@@ -59,7 +59,7 @@ fn readings_at_a_known_or_learned_full_scale_are_clipped() {
 fn a_burst_that_the_unit_marks_hides_one_error_and_not_many() {
     let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
     let mut hidden = |marked: bool| {
-        let marks = ClippedAxes { accel: [marked, false, false], ..ClippedAxes::NONE };
+        let marks = ImuAxes { accel: [marked, false, false], ..ImuAxes::NONE };
         let force = 3.0 * next();
         integrity.push(
             (&rates(force, 0.0), true),
@@ -69,10 +69,10 @@ fn a_burst_that_the_unit_marks_hides_one_error_and_not_many() {
         )
     };
     for _ in 0..500 {
-        assert!(!hidden(false).is_clipped());
+        assert!(!hidden(false).clipped.any());
     }
     let burst: Vec<Suspicion> = (0..20).map(|_| hidden(true)).collect();
-    assert!(burst.iter().all(|found| found.accel_clipped == [true, false, false]));
+    assert!(burst.iter().all(|found| found.clipped.accel == [true, false, false]));
     let total: f64 = burst.iter().map(|found| found.velocity_variance[0]).sum();
     let one_by_one = 20.0 * burst[0].velocity_variance[0];
     assert!(total > 5.0 * one_by_one, "{total} {one_by_one}");
@@ -90,7 +90,7 @@ fn a_unit_that_repeats_itself_twice_is_stuck_unless_it_rests() {
                 integrity.is_stuck(&Motion::Rates { angular_rate_radps, specific_force_mps2 });
             integrity.push(
                 (&rates, true),
-                &ClippedAxes::NONE,
+                &ImuAxes::NONE,
                 0.01,
                 (&FullScale::default(), Checks::ALL),
             );
@@ -117,7 +117,7 @@ fn what_a_logger_draws_between_samples_is_distinguished_from_what_a_unit_measure
         if !found {
             integrity.push(
                 (&rates, true),
-                &ClippedAxes::NONE,
+                &ImuAxes::NONE,
                 since_s,
                 (&FullScale::default(), Checks::ALL),
             );
@@ -153,7 +153,7 @@ fn a_blow_with_samples_lost_in_it_moves_no_more_than_its_readings() {
                 let rates = rates(reading, 0.0);
                 let found = integrity.push(
                     (&rates, true),
-                    &ClippedAxes::NONE,
+                    &ImuAxes::NONE,
                     interval_s,
                     (&scale, Checks::ALL),
                 );
@@ -172,7 +172,7 @@ fn a_shock_and_a_lost_sample_leave_an_error_of_full_size() {
     let mut push = |force: f64, interval_s: f64| {
         integrity.push(
             (&rates(force, 0.0), true),
-            &ClippedAxes::NONE,
+            &ImuAxes::NONE,
             interval_s,
             (&FullScale::default(), Checks::ALL),
         )
@@ -217,7 +217,7 @@ fn lost_samples_leave_the_error_that_is_reported() {
             let interval_s = USUAL_S * f64::from(length);
             let found = integrity.push(
                 (&rates(force, 0.0), true),
-                &ClippedAxes::NONE,
+                &ImuAxes::NONE,
                 interval_s,
                 (&FullScale::default(), Checks::ALL),
             );
@@ -238,7 +238,7 @@ fn lost_samples_leave_the_error_that_is_reported() {
 fn a_burst_is_forgotten_whole() {
     let (mut integrity, mut next) = (Integrity::<f64>::NONE, noise());
     for k in 0..3000 {
-        let marks = ClippedAxes { accel: [k < 30, false, false], ..ClippedAxes::NONE };
+        let marks = ImuAxes { accel: [k < 30, false, false], ..ImuAxes::NONE };
         integrity.push(
             (&rates(3.0 * next(), 0.0), true),
             &marks,
@@ -256,18 +256,21 @@ fn a_suspicion_names_the_axes_it_falls_on() {
     let (x, yz) = ([true, false, false], [false, true, true]);
     assert_eq!(words(none), "no fault found");
     assert_eq!(
-        words(Suspicion { stuck: StuckAxes::new(x, [false; 3]), ..none }),
+        words(Suspicion { stuck: ImuAxes { gyro: x, ..ImuAxes::NONE }, ..none }),
         "gyro x stuck at one reading"
     );
     assert_eq!(
-        words(Suspicion { stuck: StuckAxes::new([false; 3], yz), ..none }),
+        words(Suspicion { stuck: ImuAxes { accel: yz, ..ImuAxes::NONE }, ..none }),
         "accelerometers y, z stuck at one reading"
     );
     assert_eq!(
-        words(Suspicion { accel_clipped: x, shaken: true, ..none }),
+        words(Suspicion { clipped: ImuAxes { accel: x, ..ImuAxes::NONE }, shaken: true, ..none }),
         "accelerometer x at full scale"
     );
-    assert_eq!(words(Suspicion { gyro_clipped: yz, ..none }), "gyros y, z at full scale");
+    assert_eq!(
+        words(Suspicion { clipped: ImuAxes { gyro: yz, ..ImuAxes::NONE }, ..none }),
+        "gyros y, z at full scale"
+    );
 }
 
 #[test]
@@ -288,14 +291,10 @@ fn the_axis_that_repeats_itself_is_the_one_suspected() {
                 specific_force_mps2: Vector::new(x, y, z - 9.8),
             };
             let scale = FullScale::default();
-            suspicion = integrity.push(
-                (&rates, true),
-                &ClippedAxes::default(),
-                0.01,
-                (&scale, Checks::ALL),
-            );
+            suspicion =
+                integrity.push((&rates, true), &ImuAxes::default(), 0.01, (&scale, Checks::ALL));
         }
-        let found = [suspicion.stuck.gyro(), suspicion.stuck.accel()].concat();
+        let found = [suspicion.stuck.gyro, suspicion.stuck.accel].concat();
         let expected: Vec<bool> = (0..6).map(|k| k == axis).collect();
         assert_eq!(found, expected, "{axis}");
     }

@@ -1,10 +1,11 @@
 //! Checks on the readings of three gyros or three accelerometers.
 #![expect(clippy::indexing_slicing, reason = "axes count from 0 to 2, in arrays of three")]
 
+use super::super::axes::any;
 use super::super::held_force::Shaking;
 use super::super::repetition::Repetition;
 use super::super::{SecondDifference, Vibration, noise_variance};
-use super::checks::{Checks, any};
+use super::checks::Checks;
 use crate::frames::{Body, Vector};
 use crate::matrix::square;
 use crate::scalar::Scalar;

@@ -2,7 +2,7 @@
 
 use crate::clock::Rows;
 use crate::table::remarks::{REPEATED, Remarks};
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 /// Merged rows of one time, to which further rows of the same time can be added.
@@ -121,9 +121,9 @@ impl Join for ImuSample {
 }
 
 /// Axes at full scale in at least one of the two.
-fn either(one: ClippedAxes, other: ClippedAxes) -> ClippedAxes {
+fn either(one: ImuAxes, other: ImuAxes) -> ImuAxes {
     let of = |one: [bool; 3], other: [bool; 3]| std::array::from_fn(|axis| one[axis] | other[axis]);
-    ClippedAxes { gyro: of(one.gyro, other.gyro), accel: of(one.accel, other.accel) }
+    ImuAxes { gyro: of(one.gyro, other.gyro), accel: of(one.accel, other.accel) }
 }
 
 impl Join for (Time, [f64; 3]) {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::frames::{Body, EulerAngles, Ned, Rotation, Vector};
 use hovernav::glam::{DQuat, DVec3};
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuAxes, ImuSample, Motion};
 
 /// Directions of the axes x, y and z of a sensor, as three letters: **f**orward, **b**ack, **r**ight, **l**eft, **u**p,
 /// **d**own. Right-handed.
@@ -200,7 +200,7 @@ impl Reading {
 
     /// Converts the marks of sensor axes at full scale to the vehicle's axes. If the inertial unit is mounted askew, a
     /// mark goes to several vehicle axes. These are the axes on which the marked axis has a component of at least 0.1.
-    pub(crate) fn marks(&self, marks: ClippedAxes) -> ClippedAxes {
+    pub(crate) fn marks(&self, marks: ImuAxes) -> ImuAxes {
         const DETERMINED: f64 = 0.1;
         let of_axis = |axis: usize| {
             let mut along = [0.0; 3];
@@ -216,7 +216,7 @@ impl Reading {
             }
             all
         };
-        ClippedAxes { gyro: turned(marks.gyro), accel: turned(marks.accel) }
+        ImuAxes { gyro: turned(marks.gyro), accel: turned(marks.accel) }
     }
 
     /// Converts a magnetic field from the inertial unit's axes to the vehicle's.
@@ -261,7 +261,7 @@ mod tests {
 
     #[test]
     fn marks_go_to_the_axes_that_a_clipped_one_reports() {
-        let marks = ClippedAxes { gyro: [false; 3], accel: [true, false, false] };
+        let marks = ImuAxes { gyro: [false; 3], accel: [true, false, false] };
         assert_eq!(reading([0.0, 2.0, 0.0]).marks(marks).accel, [true, false, false]);
         assert_eq!(reading([0.0, 0.0, 45.0]).marks(marks).accel, [true, true, false]);
     }

@@ -11,7 +11,7 @@ use crate::table::records::Place;
 use crate::table::remarks::Remarks;
 use crate::table::{Row, TIME, Table};
 use hovernav::frames::{EulerAngles, Vector, wrap_angle};
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuAxes, ImuSample, Motion};
 use hovernav::time::Time;
 
 pub(crate) const FILE: &str = "imu.csv";
@@ -190,7 +190,7 @@ impl Columns {
         let magnetic = row.finite(self.magnetic)?;
         let [gyro, accel] = self.clipped;
         let marks = |columns| row.finite(columns).map(|counts| counts.unwrap_or_default());
-        let clipped = ClippedAxes {
+        let clipped = ImuAxes {
             gyro: marks(gyro)?.map(|count| count > 0.0),
             accel: marks(accel)?.map(|count| count > 0.0),
         };

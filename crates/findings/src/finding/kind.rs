@@ -171,7 +171,7 @@ impl FindingKind {
             Notice::GapBridged { .. }
             | Notice::CovarianceReset { cause: ResetCause::LongGap { .. }, .. } => Self::Gap,
             Notice::CovarianceReset { .. } => Self::Reset,
-            Notice::SampleSuspect { suspicion, .. } if suspicion.is_clipped() => Self::Clipping,
+            Notice::SampleSuspect { suspicion, .. } if suspicion.clipped.any() => Self::Clipping,
             Notice::SampleSuspect { suspicion, .. } if suspicion.stuck.any() => Self::StuckAxis,
             Notice::SampleSuspect { .. } => Self::Shock,
             Notice::SampleRejected { fault, .. } => match fault {

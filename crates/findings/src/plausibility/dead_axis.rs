@@ -51,7 +51,7 @@ impl DeadAxis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hovernav::imu::ClippedAxes;
+    use hovernav::imu::ImuAxes;
     use hovernav::time::Time;
 
     fn found(of: impl Fn(f64) -> [f64; 3]) -> Vec<SetupFinding> {
@@ -63,7 +63,7 @@ mod tests {
                 interval_s: 0.01,
                 turn_radps: of(time_s),
                 force_mps2: [0.0, 0.0, -9.81],
-                clipped: ClippedAxes::NONE,
+                clipped: ImuAxes::NONE,
             });
         }
         axis.check(&mut found);

@@ -179,7 +179,7 @@ impl FieldTurning {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use hovernav::imu::ClippedAxes;
+    use hovernav::imu::ImuAxes;
 
     /// Findings for a minute of swaying about all axes, with a hard iron of a third of the field. `read` maps the true
     /// field to the readings.
@@ -203,7 +203,7 @@ mod tests {
                 interval_s: 0.01,
                 turn_radps: [0, 1, 2].map(|axis| signs[axis] * turn_radps[axis]),
                 force_mps2: [0.0, 0.0, -9.8],
-                clipped: ClippedAxes::default(),
+                clipped: ImuAxes::default(),
             };
             turning.push(&rates, Some(read(field.to_array()).into()));
         }

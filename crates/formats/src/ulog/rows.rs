@@ -12,7 +12,7 @@ use hovernav::event::RangeReading;
 use hovernav::frames::{Rotation, Vector};
 use hovernav::glam::DQuat;
 use hovernav::gps::AntennaHeading;
-use hovernav::imu::{ClippedAxes, ImuSample, Motion};
+use hovernav::imu::{ImuAxes, ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_dataset::{Dimensions, StatedFix, pressure_altitude_m};
 
@@ -69,9 +69,9 @@ impl Clipping {
 }
 
 /// The clipped axes from a sample's bits, one per axis; NaN in logs without them.
-fn marks(accel_bits: f64, gyro_bits: f64) -> ClippedAxes {
+fn marks(accel_bits: f64, gyro_bits: f64) -> ImuAxes {
     let axes = |bits: f64| [0, 1, 2].map(|axis| bits as u8 >> axis & 1 != 0);
-    ClippedAxes { gyro: axes(gyro_bits), accel: axes(accel_bits) }
+    ImuAxes { gyro: axes(gyro_bits), accel: axes(accel_bits) }
 }
 
 /// The value `new`, in degrees or metres. Logs from before 2024 lack it and have `old`, an integer in multiples of

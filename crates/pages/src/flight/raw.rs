@@ -108,7 +108,7 @@ fn values(sample: &ImuSample, interval_s: f64) -> [f64; 6] {
 fn suspects(notices: &[Notice], clock: Clock) -> impl Iterator<Item = (f64, [bool; 6])> {
     notices.iter().filter_map(move |notice| match notice {
         Notice::SampleSuspect { time, suspicion } => {
-            let ([p, q, r], [x, y, z]) = (suspicion.gyro_clipped, suspicion.accel_clipped);
+            let ([p, q, r], [x, y, z]) = (suspicion.clipped.gyro, suspicion.clipped.accel);
             Some((clock.seconds(*time), [p, q, r, x, y, z]))
         }
         _ => None,

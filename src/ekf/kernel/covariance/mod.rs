@@ -155,18 +155,6 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
     }
 
-    /// The 3×3 block that starts at two states, row by row.
-    #[must_use]
-    pub fn block(&self, row: usize, column: usize) -> [[T; 3]; 3] {
-        let mut block = [[T::ZERO; 3]; 3];
-        for (i, line) in block.iter_mut().enumerate() {
-            for (j, value) in line.iter_mut().enumerate() {
-                *value = self.value(row + i, column + j);
-            }
-        }
-        block
-    }
-
     /// Whether every variance is finite and not negative. A non-finite covariance elsewhere reaches a variance with the
     /// next step or measurement.
     #[must_use]

@@ -7,9 +7,7 @@
 )]
 
 use super::Covariance;
-use crate::ekf::kernel::layout::{
-    ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, Layout, POSITION, VELOCITY,
-};
+use crate::ekf::kernel::layout::{ACCEL_BIAS, ATTITUDE, BASE, GYRO_BIAS, POSITION, VELOCITY};
 use crate::scalar::Scalar;
 
 /// One step of the error dynamics in discrete form: everything the propagation needs.
@@ -21,10 +19,6 @@ pub struct Transition<T, const N: usize> {
     pub turn: [[T; 3]; 3],
     /// Velocity change by specific force over the step, NED, m/s.
     pub force: [T; 3],
-    /// Direction cosines times the rotation increment of each gyro (scale factor errors), rad.
-    pub scaled_rotation: [[T; 3]; 3],
-    /// Direction cosines times the velocity increment of each accelerometer, m/s.
-    pub scaled_velocity: [[T; 3]; 3],
     /// Variance added to attitude over the step, NED, upper triangle by rows: nn, ne, nd, ee, ed, dd.
     pub attitude_noise: [T; 6],
     /// Variance added to velocity over the step, NED, upper triangle by rows, as in `attitude_noise`.
@@ -64,50 +58,41 @@ impl<T: Scalar, const N: usize> Relaxation<T, N> {
 }
 
 impl<T: Scalar, const N: usize> Transition<T, N> {
+    /// Transition of zero duration that changes nothing.
+    pub const NONE: Self = Self {
+        interval_s: T::ZERO,
+        turn: [[T::ZERO; 3]; 3],
+        force: [T::ZERO; 3],
+        attitude_noise: [T::ZERO; 6],
+        velocity_noise: [T::ZERO; 6],
+        position_noise: [T::ZERO; 3],
+        relaxation: None,
+    };
+
     /// Transition of zero duration that changes the parameters only.
     #[must_use]
     pub const fn of_relaxation(relaxation: Relaxation<T, N>) -> Self {
-        Self {
-            interval_s: T::ZERO,
-            turn: [[T::ZERO; 3]; 3],
-            force: [T::ZERO; 3],
-            scaled_rotation: [[T::ZERO; 3]; 3],
-            scaled_velocity: [[T::ZERO; 3]; 3],
-            attitude_noise: [T::ZERO; 6],
-            velocity_noise: [T::ZERO; 6],
-            position_noise: [T::ZERO; 3],
-            relaxation: Some(relaxation),
-        }
+        Self { relaxation: Some(relaxation), ..Self::NONE }
     }
 
     /// Attitude part of Φ x; `at` gives a state of x.
     #[inline(always)]
-    fn attitude<L: Layout<N>>(&self, at: &impl Fn(usize) -> T, axis: usize) -> T {
+    fn attitude(&self, at: &impl Fn(usize) -> T, axis: usize) -> T {
         let mut value = at(ATTITUDE + axis);
         for k in 0..3 {
             value -= self.turn[axis][k] * at(GYRO_BIAS + k);
-        }
-        if let Some(scale) = L::GYRO_SCALE {
-            for k in 0..3 {
-                value -= self.scaled_rotation[axis][k] * at(scale + k);
-            }
         }
         value
     }
 
     /// Velocity part of Φ x.
     #[inline(always)]
-    fn velocity<L: Layout<N>>(&self, at: &impl Fn(usize) -> T, axis: usize) -> T {
+    fn velocity(&self, at: &impl Fn(usize) -> T, axis: usize) -> T {
         let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
         let mut value = at(VELOCITY + axis) + self.force[last] * at(ATTITUDE + next)
             - self.force[next] * at(ATTITUDE + last);
         for k in 0..3 {
             value -= self.turn[axis][k] * at(ACCEL_BIAS + k);
-        }
-        if let Some(scale) = L::ACCEL_SCALE {
-            for k in 0..3 {
-                value -= self.scaled_velocity[axis][k] * at(scale + k);
-            }
         }
         value
     }
@@ -127,13 +112,12 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// # Source
     /// Equations (K2) and (K3) of docs/equations.md.
     #[inline(never)]
-    pub fn propagate<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
-        // Only biases and scale factors drive the motion, and they come first among the parameters.
-        let scaled = L::GYRO_SCALE.is_some() || L::ACCEL_SCALE.is_some();
-        self.mirror_up_to(if scaled { N } else { BASE });
+    pub fn propagate(&mut self, step: &Transition<T, N>) {
+        // Only biases drive the motion, and they come first among the parameters.
+        self.mirror_up_to(BASE);
         self.mirrored = false;
-        self.move_rows::<L>(step);
-        self.close::<L>(step);
+        self.move_rows(step);
+        self.close(step);
         self.add_noise(step);
         self.mirror_motion();
         if let Some(relaxation) = &step.relaxation {
@@ -168,13 +152,13 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
 
     /// P ← Φ P, column by column. Only the rows of attitude, velocity and position change.
     #[inline(always)]
-    fn move_rows<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
+    fn move_rows(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);
         let p = &mut self.rows;
         for column in 0..N {
             let at = |state: usize| p[state][column];
-            let attitude: [T; 3] = core::array::from_fn(|axis| step.attitude::<L>(&at, axis));
-            let velocity: [T; 3] = core::array::from_fn(|axis| step.velocity::<L>(&at, axis));
+            let attitude: [T; 3] = core::array::from_fn(|axis| step.attitude(&at, axis));
+            let velocity: [T; 3] = core::array::from_fn(|axis| step.velocity(&at, axis));
             let position: [T; 3] = core::array::from_fn(|axis| {
                 at(POSITION + axis) + half * (at(VELOCITY + axis) + velocity[axis])
             });
@@ -192,7 +176,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     /// The result is symmetric. Velocity results below the diagonal are therefore read from above the diagonal. The
     /// results in the rows of position and columns of velocity are read from the rows of velocity.
     #[inline(always)]
-    fn close<L: Layout<N>>(&mut self, step: &Transition<T, N>) {
+    fn close(&mut self, step: &Transition<T, N>) {
         let half = step.interval_s * T::of(0.5);
         let p = &mut self.rows;
         for axis in 0..3 {
@@ -202,7 +186,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
                 let after = if other < axis {
                     p[VELOCITY + other][i]
                 } else {
-                    step.velocity::<L>(&|state| p[i][state], other)
+                    step.velocity(&|state| p[i][state], other)
                 };
                 p[i][POSITION + other] += half * (before + after);
                 if other >= axis {
@@ -221,14 +205,14 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
         }
         for i in ATTITUDE..VELOCITY {
             let velocity: [T; 3] =
-                core::array::from_fn(|axis| step.velocity::<L>(&|state| p[i][state], axis));
+                core::array::from_fn(|axis| step.velocity(&|state| p[i][state], axis));
             for (axis, velocity) in velocity.into_iter().enumerate() {
                 p[i][POSITION + axis] += half * (p[i][VELOCITY + axis] + velocity);
                 p[i][VELOCITY + axis] = velocity;
             }
             for axis in 0..3 {
                 if ATTITUDE + axis >= i {
-                    p[i][ATTITUDE + axis] = step.attitude::<L>(&|state| p[i][state], axis);
+                    p[i][ATTITUDE + axis] = step.attitude(&|state| p[i][state], axis);
                 }
             }
         }

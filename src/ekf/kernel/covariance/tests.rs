@@ -4,9 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 
 use super::*;
-use crate::ekf::kernel::layout::{
-    ATTITUDE, Base, Full, GYRO_BIAS, Layout, POSITION, VELOCITY, WithScaleFactors,
-};
+use crate::ekf::kernel::layout::{ATTITUDE, Base, Full, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use crate::matrix::add_scaled;
 
 type Dense<const N: usize> = SMatrix<f64, N, N>;
@@ -62,8 +60,7 @@ fn random_covariance<const N: usize>(next: &mut impl FnMut() -> f64) -> Dense<N>
 }
 
 fn random_transition<const N: usize>(next: &mut impl FnMut() -> f64) -> Transition<f64, N> {
-    let mut matrix = |scale: f64| std::array::from_fn(|_| std::array::from_fn(|_| next() * scale));
-    let (turn, scaled_rotation, scaled_velocity) = (matrix(0.03), matrix(0.05), matrix(0.5));
+    let turn = std::array::from_fn(|_| std::array::from_fn(|_| next() * 0.03));
     let noise_block = |scale: f64, root: [f64; 3]| {
         let [a, b, c] = root;
         [a * a, a * b, a * c, b * b, b * c, c * c].map(|v| v * scale)
@@ -72,8 +69,6 @@ fn random_transition<const N: usize>(next: &mut impl FnMut() -> f64) -> Transiti
         interval_s: 0.03,
         turn,
         force: [next() * 0.5, next() * 0.5, next() * 0.5],
-        scaled_rotation,
-        scaled_velocity,
         attitude_noise: noise_block(1e-6, [next(), next(), next()]),
         velocity_noise: noise_block(1e-3, [next(), next(), next()]),
         position_noise: std::array::from_fn(|_| 1e-4 * next().abs()),
@@ -89,7 +84,7 @@ fn random_relaxation<const N: usize>(next: &mut impl FnMut() -> f64) -> Relaxati
 }
 
 /// Textbook Φ from the blocks: position integrates the mean of the velocities at both ends.
-fn dense_transition<L: Layout<N>, const N: usize>(step: &Transition<f64, N>) -> Dense<N> {
+fn dense_transition<const N: usize>(step: &Transition<f64, N>) -> Dense<N> {
     let relaxation = step.relaxation.unwrap_or_default();
     let mut phi = Dense::<N>::from_diagonal(&SVector::from(relaxation.decay));
     let [fn_, fe, fd] = step.force;
@@ -100,12 +95,6 @@ fn dense_transition<L: Layout<N>, const N: usize>(step: &Transition<f64, N>) -> 
             phi[(ATTITUDE + i, GYRO_BIAS + j)] = -step.turn[i][j];
             phi[(VELOCITY + i, ATTITUDE + j)] = cross[i][j];
             phi[(VELOCITY + i, ACCEL_BIAS + j)] = -step.turn[i][j];
-            if let Some(scale) = L::GYRO_SCALE {
-                phi[(ATTITUDE + i, scale + j)] = -step.scaled_rotation[i][j];
-            }
-            if let Some(scale) = L::ACCEL_SCALE {
-                phi[(VELOCITY + i, scale + j)] = -step.scaled_velocity[i][j];
-            }
         }
     }
     for i in 0..3 {
@@ -152,9 +141,9 @@ fn propagation_error<L: Layout<N>, const N: usize>(seed: u64) -> f64 {
     let start = random_covariance::<N>(&mut next);
     let step = random_transition::<N>(&mut next);
     let mut covariance = Covariance::<f64, N>::from_dense(&start);
-    covariance.propagate::<L>(&step);
+    covariance.propagate(&step);
     assert!(covariance.is_symmetric());
-    let phi = dense_transition::<L, N>(&step);
+    let phi = dense_transition(&step);
     difference(&covariance.dense(), &(phi * start * phi.transpose() + dense_noise(&step)))
 }
 
@@ -180,7 +169,6 @@ proptest! {
     #[test]
     fn propagation_is_phi_p_phi_transposed_plus_q(seed: u64) {
         prop_assert!(propagation_error::<Base, 16>(seed) < 1e-12);
-        prop_assert!(propagation_error::<WithScaleFactors, 22>(seed) < 1e-12);
         prop_assert!(propagation_error::<Full, 28>(seed) < 1e-12);
     }
 

@@ -33,8 +33,7 @@ fn banked(
         let time = Time::ZERO + f64::from(second);
         watch.observe_velocity(
             time,
-            &seen(right, rate_radps),
-            &seen(down, pitch_rate),
+            &[seen(right, rate_radps), seen(down, pitch_rate)],
             share * rate_radps * 10.0 / 9.8,
         );
     }
@@ -49,9 +48,9 @@ fn a_car_whose_unit_is_turned_and_stands_off_its_axle_is_known_and_so_is_its_lin
         |t, _| -0.2 + 0.05 * (5.0 * t).cos(),
     );
     assert!(watch.is_active);
-    let line = watch.line(Across::Right, &at(10.0));
+    let line = watch.line(false, &at(10.0));
     assert!((line.slope - 0.03).abs() < 0.003 && (line.arm_m - 1.2).abs() < 0.1, "{line:?}");
-    assert!((watch.line(Across::Down, &at(10.0)).slope + 0.02).abs() < 0.003);
+    assert!((watch.line(true, &at(10.0)).slope + 0.02).abs() < 0.003);
     // Applied five times a second, the constraint is as accurate as one observation in two seconds.
     assert!((line.variance - 10.0 * (0.0025 + 0.0009)).abs() < 2e-3, "{line:?}");
 }
@@ -63,9 +62,9 @@ fn a_car_raises_its_nose_as_it_accelerates_and_its_line_follows() {
         let force_mps2 = (0.3 * f32::from(second)).sin();
         let motion = Seen { force_mps2, ..at(10.0) };
         let down = Seen { across_mps: 10.0 * (0.01 + 0.012 * force_mps2), ..motion };
-        watch.observe_velocity(Time::ZERO + f64::from(second), &motion, &down, 0.0);
+        watch.observe_velocity(Time::ZERO + f64::from(second), &[motion, down], 0.0);
     }
-    let slope = |force_mps2| watch.line(Across::Down, &Seen { force_mps2, ..at(10.0) }).slope;
+    let slope = |force_mps2| watch.line(true, &Seen { force_mps2, ..at(10.0) }).slope;
     assert!((slope(0.0) - 0.01).abs() < 1e-3 && (slope(2.0) - 0.034).abs() < 1e-3);
 }
 
@@ -74,10 +73,10 @@ fn a_declared_car_is_held_from_the_start_within_its_mounting_and_again_after_it_
     let mut watch = WheelWatch::of(Some(VehicleKind::Wheeled));
     assert!(watch.is_due(Time::ZERO + 1.0));
     // 6° of mounting at 10 m/s.
-    let mps = (watch.line(Across::Down, &at(10.0)).variance / 10.0).sqrt();
+    let mps = (watch.line(true, &at(10.0)).variance / 10.0).sqrt();
     assert!((0.9..1.2).contains(&mps), "{mps}");
     assert!(watch.is_violated([0.0, 9.0], 5.0) && !watch.is_due(Time::ZERO + 2.0));
-    watch.observe_velocity(Time::ZERO + 3.0, &at(10.0), &at(10.0), 0.0);
+    watch.observe_velocity(Time::ZERO + 3.0, &[at(10.0); 2], 0.0);
     assert!(watch.is_due(Time::ZERO + 4.0));
     watch.forget();
     assert!(watch.is_due(Time::ZERO + 5.0));
@@ -89,7 +88,7 @@ fn a_declared_aircraft_never_rolls_on_wheels() {
     for second in 1..=300_u16 {
         let rate_radps = 0.3 * (0.2 * f32::from(second)).sin();
         let seen = Seen { rate_radps, ..at(10.0) };
-        watch.observe_velocity(Time::ZERO + f64::from(second), &seen, &seen, 0.0);
+        watch.observe_velocity(Time::ZERO + f64::from(second), &[seen; 2], 0.0);
     }
     assert!(!watch.is_active);
 }
@@ -111,7 +110,7 @@ fn a_straight_road_and_a_short_drive_tell_nothing() {
     let mut straight = WheelWatch::of(None);
     let seen = Seen { own_variance: 0.0, ..at(10.0) };
     for second in 1..1000 {
-        straight.observe_velocity(Time::ZERO + f64::from(second), &seen, &seen, 0.0);
+        straight.observe_velocity(Time::ZERO + f64::from(second), &[seen; 2], 0.0);
     }
     assert!(!straight.is_active && !driven(8, |_, _| 0.0, |_, _| 0.0).is_active);
 }
@@ -125,7 +124,7 @@ fn a_car_that_lifts_off_is_let_go_within_seconds() {
     while watch.is_active {
         seconds += 1;
         let time = Time::ZERO + f64::from(300 + seconds);
-        watch.observe_velocity(time, &right, &Seen { across_mps: -1.0, ..right }, 0.0);
+        watch.observe_velocity(time, &[right, Seen { across_mps: -1.0, ..right }], 0.0);
     }
     assert!(seconds <= 4, "{seconds}");
 }
@@ -160,13 +159,12 @@ fn slow_motion_and_what_is_no_number_change_nothing() {
     .into_iter()
     .enumerate()
     {
-        watch.observe_velocity(Time::ZERO + second as f64, &bad, &good, 0.0);
+        watch.observe_velocity(Time::ZERO + second as f64, &[bad, good], 0.0);
         watch.observe_velocity(
             Time::ZERO + second as f64,
-            &Seen { forward_mps: 1.0, ..good },
-            &bad,
+            &[Seen { forward_mps: 1.0, ..good }, bad],
             0.0,
         );
     }
-    assert!(watch.right.seen_s == 0.0 && watch.right.found().0 == [0.0; CAUSES]);
+    assert!(watch.tracks[0].seen_s == 0.0 && watch.tracks[0].found().0 == [0.0; CAUSES]);
 }
