@@ -71,13 +71,13 @@ fn token(text: &str) -> Result<String, String> {
 }
 
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let (rigging, manifest, fence) = match &arguments.config {
+    let (rigging, manifest, geofence) = match &arguments.config {
         Some(path) => {
             let config = read_fly_config(path)?;
             let (channels, swashplate) = (config.servo.channels, config.servo.swashplate);
             let autopilot = config.autopilot.as_ref();
-            let fence = autopilot.and_then(|own| own.fence_about(config.site.as_ref()));
-            (Rigging { channels, swashplate }, config.navigation, fence)
+            let geofence = autopilot.and_then(|own| own.geofence_about(config.site.as_ref()));
+            (Rigging { channels, swashplate }, config.navigation, geofence)
         }
         None => (Rigging::default(), Manifest::default(), None),
     };
@@ -109,7 +109,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let page_token = access.token().map(|token| format!("#token={token}")).unwrap_or_default();
     let address = SocketAddr::new(arguments.address, arguments.port);
     let command = std::env::current_exe().ok();
-    let config = ServerConfig { address, access, folder, command, manifest, fence, tiles };
+    let config = ServerConfig { address, access, folder, command, manifest, geofence, tiles };
     let bound = Bound::new(config, Arc::clone(&station))
         .with_context(|| format!("cannot serve at {address}"))?;
     let _link = match &arguments.link {

@@ -69,17 +69,17 @@ export function map(canvas) {
   const points = flown();
   const real = points.filter(Boolean);
   const here = known(now.get("lat_deg")) && known(now.get("lon_deg")) ? [now.get("lat_deg"), now.get("lon_deg")] : null;
-  const { home, fence } = scene;
-  const origin = home ?? here ?? (real.length ? real[0].slice(1, 3) : fence && [fence.lat_deg, fence.lon_deg]);
+  const { home, geofence } = scene;
+  const origin = home ?? here ?? (real.length ? real[0].slice(1, 3) : geofence && [geofence.lat_deg, geofence.lon_deg]);
   if (!origin) return unknown(sheet, "position");
   const { context, width, height } = sheet;
   const narrow = Math.cos(radians(origin[0]));
   const metres = ([latitude, longitude]) => [(longitude - origin[1]) * METRES * narrow, (latitude - origin[0]) * METRES];
 
   const shown = real.map(([, ...place]) => metres(place)).concat([here, home].filter(Boolean).map(metres));
-  if (fence && (whole || !shown.length)) {
-    const [x, y] = metres([fence.lat_deg, fence.lon_deg]);
-    shown.push([x - fence.radius_m, y - fence.radius_m], [x + fence.radius_m, y + fence.radius_m]);
+  if (geofence && (whole || !shown.length)) {
+    const [x, y] = metres([geofence.lat_deg, geofence.lon_deg]);
+    shown.push([x - geofence.radius_m, y - geofence.radius_m], [x + geofence.radius_m, y + geofence.radius_m]);
   }
   const edge = (axis, best) => shown.reduce((found, point) => best(found, point[axis]), shown[0][axis]);
   const [west, east, south, north] = [edge(0, Math.min), edge(0, Math.max), edge(1, Math.min), edge(1, Math.max)];
@@ -104,17 +104,17 @@ export function map(canvas) {
 
   hasHalo = overTiles;
   context.font = "12px system-ui, sans-serif";
-  if (fence) {
+  if (geofence) {
     context.strokeStyle = context.fillStyle = style("--two");
     context.lineWidth = 2;
     context.setLineDash([9, 5]);
     context.beginPath();
-    const [x, y] = place(metres([fence.lat_deg, fence.lon_deg]));
-    context.arc(x, y, fence.radius_m * scale, 0, 2 * Math.PI);
+    const [x, y] = place(metres([geofence.lat_deg, geofence.lon_deg]));
+    context.arc(x, y, geofence.radius_m * scale, 0, 2 * Math.PI);
     context.stroke();
     context.setLineDash([]);
     context.textAlign = "center";
-    const top = y - fence.radius_m * scale;
+    const top = y - geofence.radius_m * scale;
     if (top > 4 && top < height && x > 20 && x < width - 20) words(context, "geofence", x, top + 14);
   }
   if (home) mark(context, place(metres(home)));

@@ -32,7 +32,7 @@ export const channels = new Map();
 export const now = new Map();
 export const clock = { t: null, received: 0, delay: 0 };
 /** Home, geofence and zoom levels of the tiles, for the map. */
-export const scene = { home: null, fence: null, zooms: [] };
+export const scene = { home: null, geofence: null, zooms: [] };
 /** Time without a message after which the connection is lost, ms; the station sends every 40 ms. */
 const SILENT = 2000;
 let order = [];
@@ -70,7 +70,7 @@ export function connect() {
     } else if (message.hello) {
       order = message.hello.channels.map((channel) => channel.name);
       for (const channel of message.hello.channels) channels.set(channel.name, channel);
-      scene.fence = message.hello.fence;
+      scene.geofence = message.hello.geofence;
       scene.zooms = message.hello.zooms;
       tell("hello", message.hello);
     } else {

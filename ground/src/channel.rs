@@ -179,7 +179,7 @@ channels! {
         AskedVelN "asked_vel_n_mps" "Commanded VelN" "m/s" 2 -400 400;
         AskedVelU "asked_vel_u_mps" "Commanded VelU" "m/s" 2 -400 400;
         AskedHeading "asked_heading_deg" "Commanded heading" "°" 2 -180 180;
-        FenceShare "fence_pct" "Distance to the geofence, share" "%" 1 -100 1000 alarm -100 80;
+        GeofenceShare "geofence_pct" "Distance to the geofence, share" "%" 1 -100 1000 alarm -100 80;
     }
     "Loop" {
         Period "loop_period_ms" "Period" "ms" 2 0 655 alarm 0 45;

@@ -43,8 +43,8 @@ pub struct Decoder {
     protocol: Option<Protocol>,
     frames: frame::Decoder,
     mavlink: mavlink::Decoder,
-    /// The first pieces of an incomplete text.
-    text: String,
+    /// First piece of an incomplete line, and the text of the line up to now.
+    line: Option<(Text, String)>,
     bytes: u64,
 }
 
@@ -60,7 +60,7 @@ impl Decoder {
             protocol,
             frames: frame::Decoder::default(),
             mavlink: mavlink::Decoder::default(),
-            text: String::new(),
+            line: None,
             bytes: 0,
         }
     }
@@ -120,18 +120,54 @@ impl Decoder {
         }
     }
 
+    /// Joins the pieces of a line, which have one time and severity. A line whose last piece is lost ends with "…".
     fn text(&mut self, text: &Text, arrived: &mut impl FnMut(Arrived)) {
-        if self.text.len() < LONGEST_TEXT {
-            self.text.push_str(text.as_str());
+        if let Some((begun, line)) = self
+            .line
+            .take_if(|(begun, _)| (begun.time, begun.severity) != (text.time, text.severity))
+        {
+            arrived(Arrived::Text(level(begun.severity), line + "…"));
         }
-        if text.goes_on {
-            return;
+        let (_, line) = self.line.get_or_insert_with(|| (*text, String::new()));
+        if line.len() < LONGEST_TEXT {
+            line.push_str(text.as_str());
         }
-        let level = match text.severity {
-            Severity::Info => TextLevel::Info,
-            Severity::Warning => TextLevel::Warning,
-            Severity::Error => TextLevel::Error,
-        };
-        arrived(Arrived::Text(level, std::mem::take(&mut self.text)));
+        if let Some((_, line)) = self.line.take_if(|_| !text.goes_on) {
+            arrived(Arrived::Text(level(text.severity), line));
+        }
+    }
+}
+
+const fn level(severity: Severity) -> TextLevel {
+    match severity {
+        Severity::Info => TextLevel::Info,
+        Severity::Warning => TextLevel::Warning,
+        Severity::Error => TextLevel::Error,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hovernav::time::Time;
+
+    use super::*;
+
+    #[test]
+    fn a_line_whose_last_piece_is_lost_joins_no_other_line() {
+        let line = "the pilot flies: the attitude is not known; fly by hand and land. ".repeat(4);
+        let (first, rest) = Text::first_of(Time::ZERO + 1.0, Severity::Error, &line);
+        assert!(first.goes_on && !rest.is_empty());
+        let (second, _) = Text::first_of(Time::ZERO + 2.0, Severity::Info, "engaged");
+        let mut decoder = Decoder::new(Rigging::default(), None);
+        let mut lines = Vec::new();
+        for text in [first, second] {
+            decoder.text(&text, &mut |arrived| {
+                if let Arrived::Text(level, line) = arrived {
+                    lines.push((level, line));
+                }
+            });
+        }
+        let cut = format!("{}…", first.as_str());
+        assert_eq!(lines, [(TextLevel::Error, cut), (TextLevel::Info, "engaged".to_owned())]);
     }
 }

@@ -5,6 +5,7 @@ use hovernav::telemetry::{ControlFlags, StatusFlags, SystemMode};
 use serde::Serialize;
 
 use crate::channel::{CHANNELS, Id};
+use crate::frames::OLD_FIX_S;
 use crate::mavlink::modes;
 
 /// The state of a lamp.
@@ -72,6 +73,9 @@ fn statuses(value: &impl Fn(Id) -> f64) -> (StatusFlags, StatusFlags) {
     (StatusFlags::from_bits(all), StatusFlags::from_bits(all_known))
 }
 
+/// Largest age of a fix that a frame holds, s, less its rounding.
+const OLDEST_S: f64 = 25.0;
+
 /// The lamps for channel values; `value` returns NaN for unknown channels. `silence` is the reason if no present values
 /// exist.
 #[must_use]
@@ -96,11 +100,14 @@ pub fn lamps(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Vec<Lamp> {
     light("inertial unit", known.imu, or(status.imu, Light::Bad), why);
     let fix = value(Id::GpsFix);
     let kind = FIXES.get(fix as usize).copied().unwrap_or("unknown fix");
-    let mut why = format!("{kind}, {}", said(value(Id::Satellites), 0, "satellites"));
     let age_s = value(Id::GpsAge);
-    if !age_s.is_nan() {
-        why += &format!(", {age_s:.1} s old");
-    }
+    let satellites = said(value(Id::Satellites), 0, "satellites");
+    let why = match age_s {
+        _ if age_s.is_nan() => format!("{kind}, {satellites}"),
+        _ if age_s > OLDEST_S => format!("no fix for more than {OLDEST_S} s"),
+        _ if age_s > OLD_FIX_S => format!("no fix for {age_s:.1} s"),
+        _ => format!("{kind}, {satellites}, {age_s:.1} s old"),
+    };
     let is_good = if known.gps { status.gps } else { fix >= 3.0 };
     light("GPS", known.gps || !fix.is_nan(), or(is_good, Light::Bad), why);
 
@@ -140,16 +147,16 @@ pub fn lamps(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Vec<Lamp> {
     let longest = said(value(Id::LongestWork), 1, "ms");
     let why = format!("late cycles: {}, longest computing time {longest}", overruns.trim());
     light("loop", known.on_time, or(status.on_time, Light::Care), why);
-    let fence = value(Id::FenceShare);
-    if !fence.is_nan() {
-        let light = if fence >= 100.0 {
+    let geofence = value(Id::GeofenceShare);
+    if !geofence.is_nan() {
+        let light = if geofence >= 100.0 {
             Light::Bad
-        } else if fence > 80.0 {
+        } else if geofence > 80.0 {
             Light::Care
         } else {
             Light::Good
         };
-        lamps.push(lamp("geofence", light, format!("{fence:.0} % of the distance to it")));
+        lamps.push(lamp("geofence", light, format!("{geofence:.0} % of the distance to it")));
     }
     lamps
 }
@@ -220,7 +227,7 @@ pub fn control(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Control {
         (flags.refused, "the switch has no effect until it is opened once"),
         (flags.pilot_lost, "the pilot's signal is lost: the autopilot holds"),
         (flags.descends, "no pilot: the autopilot descends"),
-        (flags.outside_fence, "the geofence is reached: the autopilot returns"),
+        (flags.outside_geofence, "the geofence is reached: the autopilot returns"),
         (flags.at_end, "a control is at its limit"),
         (flags.excited, "the autopilot flies a test input"),
     ];

@@ -10,9 +10,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use hovernav_record::{Piece, pieces, records};
 use hovernav_toml::open_file;
-use mcap::records::{MessageHeader, Record, op};
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::records::{MessageHeader, Record};
 use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions};
 use serde::Serialize;
@@ -299,36 +299,6 @@ fn values(batch: &Batch) -> Map<String, Value> {
     batch.values.iter().map(named).collect()
 }
 
-/// The channels and messages of the file, in chunks or not; an error ends the iteration. Other records are skipped
-/// without parsing: the crate panics on an attachment that is truncated within its header.
-fn records(bytes: &[u8]) -> impl Iterator<Item = Result<Record<'static>, McapError>> {
-    let options = LinearReaderOptions::default()
-        .with_skip_end_magic(true)
-        .with_record_length_limit(bytes.len());
-    let mut reader = LinearReader::new_with_options(options);
-    let mut rest = bytes;
-    std::iter::from_fn(move || {
-        loop {
-            match reader.next_event()? {
-                Ok(LinearReadEvent::ReadRequest(need)) => {
-                    let (piece, after) = rest.split_at(need.min(rest.len()));
-                    reader.insert(piece.len()).copy_from_slice(piece);
-                    reader.notify_read(piece.len());
-                    rest = after;
-                }
-                Ok(LinearReadEvent::Record {
-                    data,
-                    opcode: opcode @ (op::CHANNEL | op::MESSAGE),
-                }) => {
-                    return Some(mcap::parse_record(opcode, data).map(Record::into_owned));
-                }
-                Ok(LinearReadEvent::Record { .. }) => {}
-                Err(error) => return Some(Err(error)),
-            }
-        }
-    })
-}
-
 /// Reads a record, even if it was truncated at any byte. Returns whether it was truncated.
 ///
 /// # Errors
@@ -350,56 +320,66 @@ pub fn read(path: &Path) -> Result<(Store, bool), RecordError> {
     let mut names = BTreeMap::new();
     let mut topics = BTreeSet::new();
     let mut is_cut = false;
-    for record in records(&bytes) {
-        let (header, data) = match record {
-            Ok(Record::Channel(channel)) => {
-                names.insert(channel.id, channel.topic);
+    for (_, piece) in pieces(&bytes) {
+        let data = match piece {
+            Piece::Chunk(data) => data,
+            Piece::Damage { .. } => {
+                is_cut = true;
                 continue;
             }
-            Ok(Record::Message { header, data }) => (header, data),
-            Ok(_) => continue,
-            // After a damaged record, the following records cannot be separated.
-            Err(_) => {
-                is_cut = true;
-                break;
-            }
+            _ => continue,
         };
-        let Some(topic) = names.get(&header.channel_id) else { continue };
-        let time_s = header.log_time as f64 * 1e-9;
-        match topic.as_str() {
-            TELEMETRY => {
-                let Ok(values) = serde_json::from_slice::<Map<String, Value>>(&data) else {
-                    is_cut = true;
-                    break;
-                };
-                let known = |(name, value): (&String, &Value)| {
-                    let id = Id::of(name)?;
-                    Some((id, CHANNELS[id as usize].plausible(value.as_f64())))
-                };
-                store.push(&Batch { time_s, values: values.iter().filter_map(known).collect() });
-            }
-            TEXTS => {
-                if let Ok(text) = serde_json::from_slice(&data) {
-                    store.say(text);
+        for record in records(&data) {
+            let (header, data) = match record {
+                Record::Channel(channel) => {
+                    names.insert(channel.id, channel.topic);
+                    continue;
                 }
+                Record::Message { header, data } => (header, data),
+                _ => continue,
+            };
+            let Some(topic) = names.get(&header.channel_id) else { continue };
+            is_cut |= !take(&mut store, topic, header.log_time as f64 * 1e-9, &data);
+            if topics.len() < 16 {
+                topics.insert(topic.clone());
             }
-            MARKERS => {
-                if let Ok(marker) = serde_json::from_slice(&data) {
-                    store.mark(marker);
-                }
-            }
-            _ => {}
-        }
-        if topics.len() < 16 {
-            topics.insert(topic.clone());
         }
     }
-    let is_ended = bytes.ends_with(mcap::MAGIC);
-    if store.span().is_none() && !topics.is_empty() {
-        return Err(not(format!(
-            "the topics {}",
-            topics.into_iter().collect::<Vec<_>>().join(", ")
-        )));
+    if store.span().is_none() {
+        let topics: Vec<_> = topics.into_iter().collect();
+        return Err(not(if topics.is_empty() {
+            "no telemetry".into()
+        } else {
+            format!("the topics {}", topics.join(", "))
+        }));
     }
-    Ok((store, is_cut || !is_ended))
+    Ok((store, is_cut))
+}
+
+/// Adds a message to `store`. Returns `false` if its content is damaged.
+fn take(store: &mut Store, topic: &str, time_s: f64, data: &[u8]) -> bool {
+    match topic {
+        TELEMETRY => {
+            let Ok(values) = serde_json::from_slice::<Map<String, Value>>(data) else {
+                return false;
+            };
+            let known = |(name, value): (&String, &Value)| {
+                let id = Id::of(name)?;
+                Some((id, CHANNELS[id as usize].plausible(value.as_f64())))
+            };
+            store.push(&Batch { time_s, values: values.iter().filter_map(known).collect() });
+        }
+        TEXTS => {
+            if let Ok(text) = serde_json::from_slice(data) {
+                store.say(text);
+            }
+        }
+        MARKERS => {
+            if let Ok(marker) = serde_json::from_slice(data) {
+                store.mark(marker);
+            }
+        }
+        _ => {}
+    }
+    true
 }

@@ -21,7 +21,7 @@ pub struct TestInput {
 /// over. Each further input begins [`pause_s`](Self::pause_s) after the end of the previous input.
 ///
 /// The programme ends when a pilot's stick moves beyond the dead band or the pilot's signal is lost. It also ends at
-/// the fence, and when an input ends early: a limit is exceeded, or the autopilot does not hold velocity. Between
+/// the geofence, and when an input ends early: a limit is exceeded, or the autopilot does not hold velocity. Between
 /// inputs the programme waits until the autopilot holds velocity. The next engagement of the autopilot starts the
 /// programme again.
 #[derive(Clone, Copy, Debug, PartialEq)]

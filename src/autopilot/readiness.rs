@@ -40,8 +40,9 @@ pub enum Check {
     Pilot,
     /// Whether the servos receive their commands: 1 or 0.
     Servos,
-    /// Distance from the centre of the fence, as a fraction of the distance to its side or top; 0 without a fence.
-    Fence,
+    /// Distance from the centre of the geofence, as a fraction of the distance to its side or top; 0 without a
+    /// geofence.
+    Geofence,
     /// Greater one-sigma of the gyro bias about the roll and pitch axes, rad/s.
     GyroBias,
 }
@@ -63,7 +64,7 @@ impl Check {
         Self::Period,
         Self::Pilot,
         Self::Servos,
-        Self::Fence,
+        Self::Geofence,
         Self::GyroBias,
     ];
 
@@ -85,7 +86,7 @@ impl Check {
             Self::Period => "error of the loop's period, s",
             Self::Pilot => "pilot's signal",
             Self::Servos => "servos",
-            Self::Fence => "share of the way to the geofence",
+            Self::Geofence => "share of the way to the geofence",
             Self::GyroBias => "one-sigma of gyro bias, rad/s",
         }
     }
@@ -172,7 +173,7 @@ impl ReadinessLimits {
     }
 }
 
-/// Observed quantities for the readiness checks. `None` means unknown and fails the check, except for `fence_share`.
+/// Observed quantities for the readiness checks. `None` means unknown and fails the check, except for `geofence_share`.
 #[derive(Clone, Copy, Debug)]
 pub struct Observed<'a, T = f64> {
     /// Time of the check, on the estimator's clock.
@@ -193,9 +194,9 @@ pub struct Observed<'a, T = f64> {
     pub pilot_signal: bool,
     /// Whether the servos receive their commands.
     pub servos: bool,
-    /// Distance from the centre of the fence as a fraction of the distance to the fence, 1 at the fence. `None` without
-    /// a fence or a position.
-    pub fence_share: Option<f64>,
+    /// Distance from the centre of the geofence as a fraction of the distance to the geofence, 1 at the geofence.
+    /// `None` without a geofence or a position.
+    pub geofence_share: Option<f64>,
 }
 
 /// One check with its value and its limit.
@@ -242,7 +243,7 @@ impl core::fmt::Display for Checked {
 ///     design_period_s: 0.0303,
 ///     pilot_signal: true,
 ///     servos: true,
-///     fence_share: None,
+///     geofence_share: None,
 /// };
 /// let readiness = Readiness::assess(&nothing, &ReadinessLimits::default());
 /// assert!(!readiness.is_ready());
@@ -303,7 +304,7 @@ impl Readiness {
                 }
                 Check::Pilot => (f64::from(u8::from(observed.pilot_signal)), 1.0),
                 Check::Servos => (f64::from(u8::from(observed.servos)), 1.0),
-                Check::Fence => (observed.fence_share.unwrap_or(0.0), AT_FENCE),
+                Check::Geofence => (observed.geofence_share.unwrap_or(0.0), AT_GEOFENCE),
                 Check::GyroBias => {
                     let bias =
                         of(|s| larger(s.gyro_bias_sigma_radps.x(), s.gyro_bias_sigma_radps.y()));
@@ -344,9 +345,9 @@ impl Readiness {
     }
 }
 
-/// Largest distance from the centre of the fence at which the autopilot may take over, as a fraction of the distance to
-/// the fence. Outside the fence the autopilot would turn back at once, to a position that may be wrong.
-const AT_FENCE: f64 = 1.0;
+/// Largest distance from the centre of the geofence at which the autopilot may take over, as a fraction of the distance
+/// to the geofence. Outside the geofence the autopilot would turn back at once, to a position that may be wrong.
+const AT_GEOFENCE: f64 = 1.0;
 
 /// The larger of two numbers; NaN if one of them is NaN.
 fn larger<T: Scalar>(a: T, b: T) -> T {
@@ -395,7 +396,7 @@ mod tests {
             design_period_s: 0.0303,
             pilot_signal: true,
             servos: true,
-            fence_share: Some(0.9),
+            geofence_share: Some(0.9),
         }
     }
 
@@ -443,7 +444,7 @@ mod tests {
             (Check::Period, Observed { loop_period_s: Some(0.02), ..ready }),
             (Check::Pilot, Observed { pilot_signal: false, ..ready }),
             (Check::Servos, Observed { servos: false, ..ready }),
-            (Check::Fence, Observed { fence_share: Some(1.2), ..ready }),
+            (Check::Geofence, Observed { geofence_share: Some(1.2), ..ready }),
         ]);
         assert_eq!(cases.len(), Check::ALL.len());
         for (check, observed) in cases {

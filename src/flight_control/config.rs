@@ -11,8 +11,8 @@ use crate::servo::{self, ChannelConfig, SignalConfig, Swashplate, SwitchConfig, 
 
 /// Limits of the vehicle's position while the autopilot flies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fence {
-    /// Centre of the fence, on the ground.
+pub struct Geofence {
+    /// Centre of the geofence, on the ground.
     pub centre: Geodetic,
     /// Horizontal distance from the centre, m, from 5 to 10 000.
     pub radius_m: f64,
@@ -64,7 +64,7 @@ pub struct FlightControlConfig {
     /// Responses to the loss of a signal or of time.
     pub failsafe: FailsafeConfig,
     /// Limits of the vehicle's position; `None` for no limits.
-    pub fence: Option<Fence>,
+    pub geofence: Option<Geofence>,
     /// Test inputs that the autopilot flies by itself.
     pub excitation: Option<ExcitationProgramme>,
     /// The servos.
@@ -85,7 +85,7 @@ impl FlightControlConfig {
             steering: None,
             hold_throttle: false,
             failsafe: FailsafeConfig::default(),
-            fence: None,
+            geofence: None,
             excitation: None,
             channels: Channels::default(),
             swashplate: Swashplate::default(),
@@ -125,10 +125,10 @@ impl FlightControlConfig {
             within("failsafe.descent_mps", failsafe.descent_mps, from, to)?;
         }
         self.excitation.iter().try_for_each(ExcitationProgramme::check)?;
-        if let Some(fence) = &self.fence {
-            within("fence.radius_m", fence.radius_m, 5.0, 10_000.0)?;
-            within("fence.height_m", fence.height_m, 5.0, 1_000.0)?;
-            if !fence.centre.is_navigable() {
+        if let Some(geofence) = &self.geofence {
+            within("geofence.radius_m", geofence.radius_m, 5.0, 10_000.0)?;
+            within("geofence.height_m", geofence.height_m, 5.0, 1_000.0)?;
+            if !geofence.centre.is_navigable() {
                 return Err(FlightControlError::Centre);
             }
         }
@@ -146,7 +146,7 @@ pub enum FlightControlError {
     Servo(servo::ConfigError),
     /// A value of the test inputs.
     Excitation(ExcitationError),
-    /// The centre of the fence is not a position where navigation is possible.
+    /// The centre of the geofence is not a position where navigation is possible.
     Centre,
 }
 
@@ -157,7 +157,7 @@ impl fmt::Display for FlightControlError {
             Self::Servo(error) => error.fmt(f),
             Self::Excitation(error) => error.fmt(f),
             Self::Centre => {
-                f.write_str("fence: the centre is not a position where navigation is possible")
+                f.write_str("geofence: the centre is not a position where navigation is possible")
             }
         }
     }

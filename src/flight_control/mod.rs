@@ -12,7 +12,7 @@
 //! | velocity | holds attitude, after `transfer.patience_s` descends | 1 cycle |
 //! | attitude or inertial unit | the pilot flies; without a pilot, sticks to trim | 1 cycle after `health.age_s` |
 //! | time: [`FailsafeConfig::late_cycles`] late cycles in a row | the pilot flies | 1 cycle |
-//! | the fence reached | goes back to its centre | 1 cycle |
+//! | the geofence reached | goes back to its centre | 1 cycle |
 //!
 //! The pilot's signal counts as lost if the receiver reports the loss, or after
 //! [`SignalConfig::stale_after_s`](crate::servo::SignalConfig) without pulses. The autopilot descends after
@@ -23,10 +23,10 @@
 
 mod bounces;
 mod config;
-mod fence;
+mod geofence;
 mod notice;
 
-pub use config::{FailsafeConfig, Fence, FlightControlConfig, FlightControlError};
+pub use config::{FailsafeConfig, FlightControlConfig, FlightControlError, Geofence};
 pub use notice::{ControlNotice, HandedBack};
 
 use crate::autopilot::{
@@ -41,7 +41,7 @@ use crate::scalar::Scalar;
 use crate::servo::{PilotPulses, Signal, Switch};
 use crate::time::Time;
 use bounces::Bounces;
-use fence::{FenceChange, FenceMonitor};
+use geofence::{GeofenceChange, GeofenceMonitor};
 
 /// Fraction of its range beyond which a stick counts as at its end.
 const AT_END: f64 = 0.995;
@@ -96,7 +96,7 @@ struct AtStick {
 
 /// Pilot, autopilot and the choice between them. It runs one step in each cycle.
 ///
-/// The autopilot, its estimate and the fence monitor compute in `T`: `f64`, or `f32` for processors without double
+/// The autopilot, its estimate and the geofence monitor compute in `T`: `f64`, or `f32` for processors without double
 /// precision. For `f32`, use `FlightControl::<f32>::new(config)` with the same configuration. Sticks, widths and times
 /// of inputs and outputs are `f64`.
 #[derive(Clone, Copy, Debug)]
@@ -116,7 +116,7 @@ pub struct FlightControl<T = f64> {
     period_s: Option<f64>,
     pilot_lost_s: Option<f64>,
     descends: bool,
-    fence: FenceMonitor<T>,
+    geofence: GeofenceMonitor<T>,
     saturated_s: f64,
 }
 
@@ -144,7 +144,7 @@ impl<T: Scalar> FlightControl<T> {
             period_s: None,
             pilot_lost_s: None,
             descends: false,
-            fence: FenceMonitor::new(config.fence),
+            geofence: GeofenceMonitor::new(config.geofence),
             saturated_s: 0.0,
             config,
         })
@@ -183,10 +183,10 @@ impl<T: Scalar> FlightControl<T> {
         self.descends
     }
 
-    /// Whether the vehicle reached the fence and is not yet well inside again.
+    /// Whether the vehicle reached the geofence and is not yet well inside again.
     #[must_use]
-    pub const fn is_outside_fence(&self) -> bool {
-        self.fence.is_outside()
+    pub const fn is_outside_geofence(&self) -> bool {
+        self.geofence.is_outside()
     }
 
     /// Whether a stick of the autopilot is at its end.
@@ -195,11 +195,11 @@ impl<T: Scalar> FlightControl<T> {
         self.saturated_s > 0.0
     }
 
-    /// Distance from the centre of the fence as a fraction of the distance to the fence: the greater of the fractions
-    /// to the side and to the top. 1 at the fence; `None` without a fence.
+    /// Distance from the centre of the geofence as a fraction of the distance to the geofence: the greater of the
+    /// fractions to the side and to the top. 1 at the geofence; `None` without a geofence.
     #[must_use]
-    pub fn fence_share(&self, position: &Geodetic) -> Option<f64> {
-        self.fence.share(position)
+    pub fn geofence_share(&self, position: &Geodetic) -> Option<f64> {
+        self.geofence.share(position)
     }
 
     /// Passes a sensor event to the health monitor: see [`HoverAutopilot::observe`].
@@ -234,7 +234,7 @@ impl<T: Scalar> FlightControl<T> {
         let at_stick = AtStick { signal, sticks: pilot, widths_ms: pilot_ms };
 
         let trim = self.autopilot.learned_trim().cast();
-        let fence_share = inputs.solution.and_then(|one| self.fence.share(&one.position));
+        let geofence_share = inputs.solution.and_then(|one| self.geofence.share(&one.position));
         let readiness = Readiness::assess(
             &Observed {
                 now,
@@ -246,7 +246,7 @@ impl<T: Scalar> FlightControl<T> {
                 design_period_s: config.hover.period_s,
                 pilot_signal: signal == Signal::Good,
                 servos: inputs.servos_good,
-                fence_share,
+                geofence_share,
             },
             &config.ready,
         );
@@ -254,7 +254,7 @@ impl<T: Scalar> FlightControl<T> {
             self.throttle_ms = pilot_ms.throttle.unwrap_or(self.throttle_ms);
         }
         let switch_on = self.engage(inputs, &at_stick, elapsed_s, &readiness, &mut notify);
-        self.request(inputs, pilot, fence_share, &mut notify);
+        self.request(inputs, pilot, geofence_share, &mut notify);
         self.fly_programme(pilot, elapsed_s, &mut notify);
 
         let engaged = self.engagement.is_engaged();
@@ -336,7 +336,7 @@ impl<T: Scalar> FlightControl<T> {
                 if let (Some(programme), Some(pilot)) = (&mut self.programme, pilot.sticks) {
                     programme.engage(pilot);
                 }
-                self.fence.engage();
+                self.geofence.engage();
                 self.descends = false;
                 notify(ControlNotice::Engaged);
             }
@@ -378,8 +378,9 @@ impl<T: Scalar> FlightControl<T> {
         elapsed_s: f64,
         notify: &mut impl FnMut(ControlNotice),
     ) {
-        let may_go_on =
-            self.engagement.is_engaged() && self.pilot_lost_s.is_none() && !self.fence.is_outside();
+        let may_go_on = self.engagement.is_engaged()
+            && self.pilot_lost_s.is_none()
+            && !self.geofence.is_outside();
         let Self { programme, autopilot, .. } = self;
         let change = programme
             .as_mut()
@@ -395,21 +396,21 @@ impl<T: Scalar> FlightControl<T> {
         }
     }
 
-    /// Chooses the set-point. Priority: the descent without a pilot, the return from the fence, the pilot's sticks.
+    /// Chooses the set-point. Priority: the descent without a pilot, the return from the geofence, the pilot's sticks.
     fn request(
         &mut self,
         inputs: &ControlInputs<'_, T>,
         pilot: Option<Sticks>,
-        fence_share: Option<f64>,
+        geofence_share: Option<f64>,
         notify: &mut impl FnMut(ControlNotice),
     ) {
         if !self.engagement.is_engaged() {
             return;
         }
         let steered = self.steering.as_mut().and_then(|steering| steering.set_point(pilot));
-        match inputs.solution.and_then(|one| self.fence.step(&one.position, fence_share)) {
-            Some(FenceChange::Reached) => notify(ControlNotice::FenceReached),
-            Some(FenceChange::Left) => notify(ControlNotice::InsideFenceAgain),
+        match inputs.solution.and_then(|one| self.geofence.step(&one.position, geofence_share)) {
+            Some(GeofenceChange::Reached) => notify(ControlNotice::GeofenceReached),
+            Some(GeofenceChange::Left) => notify(ControlNotice::InsideGeofenceAgain),
             None => {}
         }
         let lost_s = self.pilot_lost_s.unwrap_or(0.0);
@@ -424,7 +425,7 @@ impl<T: Scalar> FlightControl<T> {
                 yaw_rate_radps: 0.0,
             })
         } else {
-            self.fence.home().or(steered)
+            self.geofence.home().or(steered)
         };
         if let Some(set_point) = set_point {
             // If guidance rejects the set-point, the previous set-point stays active, in the worst case a hold.

@@ -46,11 +46,11 @@ pub enum ControlNotice {
     PilotSignalRestored,
     /// The pilot's signal did not return: the autopilot descends.
     DescentStarted,
-    /// The vehicle reached the fence: it returns to the centre, at its own height. This height is limited to the range
-    /// from the centre's height to 0.72 of the fence's height above it.
-    FenceReached,
-    /// The vehicle is well inside the fence again.
-    InsideFenceAgain,
+    /// The vehicle reached the geofence: it returns to the centre, at its own height. This height is limited to the
+    /// range from the centre's height to 0.72 of the geofence's height above it.
+    GeofenceReached,
+    /// The vehicle is well inside the geofence again.
+    InsideGeofenceAgain,
     /// A stick has been at its end for longer than the configured time; attitude has priority.
     Saturated,
     /// A test input begins, or the programme ends.
@@ -77,7 +77,7 @@ impl fmt::Display for ControlNotice {
                 "the pilot flies: the switch's channel is lost; check its wire and the receiver",
             ),
             Self::SwitchMustBeReset => f.write_str(
-                "the pilot flies: the switch is closed from the start; open the switch to engage again",
+                "the pilot flies: the switch is already closed; open the switch to engage again",
             ),
             Self::SwitchBounces => write!(
                 f,
@@ -102,10 +102,10 @@ impl fmt::Display for ControlNotice {
             Self::DescentStarted => f.write_str(
                 "no pilot: the autopilot descends; keep clear below; the sticks act again when the signal returns",
             ),
-            Self::FenceReached => f.write_str(
+            Self::GeofenceReached => f.write_str(
                 "the geofence is reached: the autopilot goes back to its centre; take over to fly on",
             ),
-            Self::InsideFenceAgain => f.write_str("inside the geofence again"),
+            Self::InsideGeofenceAgain => f.write_str("inside the geofence again"),
             Self::TestInputs(change) => change.fmt(f),
             Self::Saturated => f.write_str(
                 "a control is at its end, attitude has priority; take over if this lasts",

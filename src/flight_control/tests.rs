@@ -377,11 +377,11 @@ fn settings_that_cannot_be_are_named() {
     assert!(
         FlightControl::<f64>::new(bad).unwrap_err().to_string().contains("failsafe.descent_mps")
     );
-    let fence = Fence { centre: place(0.0, 0.0), radius_m: 1.0, height_m: 40.0 };
-    let bad = FlightControlConfig { fence: Some(fence), ..config() };
-    assert!(FlightControl::<f64>::new(bad).unwrap_err().to_string().contains("fence.radius_m"));
+    let geofence = Geofence { centre: place(0.0, 0.0), radius_m: 1.0, height_m: 40.0 };
+    let bad = FlightControlConfig { geofence: Some(geofence), ..config() };
+    assert!(FlightControl::<f64>::new(bad).unwrap_err().to_string().contains("geofence.radius_m"));
 }
 
-mod fence;
+mod geofence;
 mod programme;
 mod switch;

@@ -32,8 +32,8 @@ pub struct ControlFlags {
     pub pilot_lost: bool,
     /// The pilot's signal did not return: the autopilot descends.
     pub descends: bool,
-    /// The vehicle reached the fence, and is not yet well inside again.
-    pub outside_fence: bool,
+    /// The vehicle reached the geofence, and is not yet well inside again.
+    pub outside_geofence: bool,
     /// A stick is at its end.
     pub at_end: bool,
     /// The autopilot flies a test input.
@@ -50,7 +50,7 @@ impl ControlFlags {
             self.refused,
             self.pilot_lost,
             self.descends,
-            self.outside_fence,
+            self.outside_geofence,
             self.at_end,
             self.excited,
         ]
@@ -68,7 +68,7 @@ impl ControlFlags {
             refused: bits & 1 << 2 != 0,
             pilot_lost: bits & 1 << 3 != 0,
             descends: bits & 1 << 4 != 0,
-            outside_fence: bits & 1 << 5 != 0,
+            outside_geofence: bits & 1 << 5 != 0,
             at_end: bits & 1 << 6 != 0,
             excited: bits & 1 << 7 != 0,
         }
@@ -101,9 +101,9 @@ pub struct Supplement {
     pub gyro_bias_sigma_radps: Option<Vector<Body>>,
     /// One-sigma of the accelerometer bias, m/s².
     pub accel_bias_sigma_mps2: Option<Vector<Body>>,
-    /// Distance from the centre of the fence as a fraction of the distance to the fence: the greater of the fractions
-    /// to the side and to the top. 1 at the fence; `None` without a fence or a position.
-    pub fence_share: Option<f64>,
+    /// Distance from the centre of the geofence as a fraction of the distance to the geofence: the greater of the
+    /// fractions to the side and to the top. 1 at the geofence; `None` without a geofence or a position.
+    pub geofence_share: Option<f64>,
 }
 
 impl Supplement {
@@ -122,7 +122,7 @@ impl Supplement {
             accel_bias_mps2: None,
             gyro_bias_sigma_radps: None,
             accel_bias_sigma_mps2: None,
-            fence_share: None,
+            geofence_share: None,
         }
     }
 
@@ -155,7 +155,7 @@ impl Supplement {
                 refused: control.is_refused(),
                 pilot_lost: control.pilot_is_lost(),
                 descends: control.descends(),
-                outside_fence: control.is_outside_fence(),
+                outside_geofence: control.is_outside_geofence(),
                 at_end: control.is_at_end(),
                 excited: control.autopilot().is_excited(),
             },
@@ -197,7 +197,7 @@ impl Supplement {
         codec.vector::<i16, _>(&mut self.accel_bias_mps2, ACCEL_BIAS_MPS2);
         codec.vector::<u16, _>(&mut self.gyro_bias_sigma_radps, GYRO_BIAS_RADPS);
         codec.vector::<u16, _>(&mut self.accel_bias_sigma_mps2, ACCEL_BIAS_MPS2);
-        codec.scaled::<u16>(&mut self.fence_share, SHARE);
+        codec.scaled::<u16>(&mut self.geofence_share, SHARE);
         Some(())
     }
 }

@@ -1,12 +1,13 @@
 //! The recorded data equals the flown data.
 
+use std::fs;
 use std::path::PathBuf;
 
 use approx::assert_abs_diff_eq;
 use hovernav::event::Event;
 use hovernav::time::Time;
 use hovernav_dataset::{Dataset, Outage};
-use hovernav_record::{Call, Entry, Level, Line, Part, Record, Recorder, ShortText};
+use hovernav_record::{Call, Entry, Level, Line, Part, Piece, Record, Recorder, ShortText, pieces};
 use hovernav_replay::estimate;
 
 use crate::flight::{START, fly, header};
@@ -58,6 +59,37 @@ fn a_replay_with_other_bytes_is_found_to_differ_and_where() {
     let difference = record.reproduced_by(&solutions(&record)).first_difference.unwrap();
     assert!(difference.time > from && difference.time - from < 1.3, "{difference:?}");
     assert!(difference.distance.unwrap().iter().any(|far| *far > 0.0), "{difference:?}");
+}
+
+/// With a frozen inertial unit, each cycle of the flight records the last solution again.
+#[test]
+fn a_solution_that_the_flight_repeats_is_reproduced() {
+    let (path, _dir) = recorded(20.0);
+    let mut record = Record::open(&path).unwrap();
+    let replayed = record.solutions.clone();
+    let repeated = replayed[300];
+    record.solutions.splice(300..300, [repeated; 30]);
+    assert_eq!(record.reproduced_by(&replayed).first_difference, None);
+    record.solutions[310].velocity_mps = record.solutions[310].velocity_mps * 2.0;
+    assert_eq!(record.reproduced_by(&replayed).first_difference.unwrap().time, repeated.time);
+}
+
+/// Other programs write MCAP files without chunks, and with attachments, here one that is cut within its header.
+#[test]
+fn a_record_rewritten_without_chunks_has_the_same_entries() {
+    let (path, _dir) = recorded(20.0);
+    let chunked = fs::read(&path).unwrap();
+    let (first, _) = pieces(&chunked).find(|(_, piece)| matches!(piece, Piece::Chunk(_))).unwrap();
+    let mut flat = chunked[..first].to_vec();
+    flat.extend([&[9_u8][..], &32_u64.to_le_bytes(), &[0; 32]].concat());
+    for (_, piece) in pieces(&chunked) {
+        if let Piece::Chunk(records) = piece {
+            flat.extend_from_slice(&records);
+        }
+    }
+    let (flat, whole) = (Record::read(&flat, &path).unwrap(), Record::open(&path).unwrap());
+    assert_eq!(flat.solutions, whole.solutions);
+    assert_eq!(flat.calls, whole.calls);
 }
 
 #[test]

@@ -130,17 +130,18 @@ impl RecordPage<'_> {
         Section::new("sticks", "Sticks", explanation).with(Figure::against_time(rows))
     }
 
-    /// The track from above and the height, with the fence.
+    /// The track from above and the height, with the geofence.
     fn place(&self) -> Section {
         let config = &self.record.header.config;
         let site = config.site.and_then(|site| {
             Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, site.height_m)
         });
-        let fence = config.autopilot.as_ref().and_then(|own| own.fence).filter(|_| site.is_some());
+        let geofence =
+            config.autopilot.as_ref().and_then(|own| own.geofence).filter(|_| site.is_some());
         let solutions = &self.record.solutions;
         let first = solutions.first().map(|solution| solution.position);
-        // Without a fence, the site is a region of several kilometres, so the first position is the origin.
-        let origin = if fence.is_some() { site } else { first };
+        // Without a geofence, the site is a region of several kilometres, so the first position is the origin.
+        let origin = if geofence.is_some() { site } else { first };
         let local = origin.map(|origin| (origin, LocalEarth::at(&origin)));
         let at = |solution: &Solution| match &local {
             Some((origin, local)) => local.displacement(origin, &solution.position).to_array(),
@@ -153,18 +154,18 @@ impl RecordPage<'_> {
             .with(Series::track(Role::Estimate, &time, [&north, &east]).named("flown"));
         let mut height = Row::new("Height", "m")
             .with(self.solutions(Role::Estimate, |one| -at(one)[2], None).named("flown"));
-        if let Some(fence) = fence {
+        if let Some(geofence) = geofence {
             let circle = (0..=180).map(|step| {
                 let (sin, cos) = (f64::from(step) * std::f64::consts::PI / 90.0).sin_cos();
-                (fence.radius_m * sin, fence.radius_m * cos)
+                (geofence.radius_m * sin, geofence.radius_m * cos)
             });
             map = map.with(Series::curve(Role::Second, circle).named("geofence"));
             let ends = [self.record.header.start.seconds(), self.record.end.seconds()];
-            let top = [fence.height_m; 2];
+            let top = [geofence.height_m; 2];
             height = height.with(Series::line(Role::Second, &ends, &top, None).named("geofence"));
         }
         let from =
-            if fence.is_some() { "the centre of the geofence" } else { "the first position" };
+            if geofence.is_some() { "the centre of the geofence" } else { "the first position" };
         let explanation =
             format!("Track from above, with equal scales, and height, both relative to {from}.");
         Section::new("place", "Position", explanation)

@@ -161,8 +161,8 @@ fn what_cannot_be_flown_is_refused_with_the_key() {
             "[autopilot] file: found gains for 33.00 Hz",
         ),
         ("pilot = \"override\"", "override_travel = 0.1", "[autopilot] override_travel"),
-        ("radius_m = 60", "radius_m = nan", "[autopilot.fence] radius_m: found NaN"),
-        (site, "", "[autopilot] fence: found no [site]"),
+        ("radius_m = 60", "radius_m = nan", "[autopilot.geofence] radius_m: found NaN"),
+        (site, "", "[autopilot] geofence: found no [site]"),
         (
             "[autopilot]\n",
             "[servo.swashplate]\nkind = 'ccpm120'\ncollective = 0.9\nlateral = 1.0\n\

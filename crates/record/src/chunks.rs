@@ -17,7 +17,7 @@ const FIRST_CHANNEL: usize = 1;
 
 /// A piece of the file.
 pub enum Piece<'a> {
-    /// Content of a chunk with a correct checksum.
+    /// Records: the content of a chunk with a correct checksum, or a single topic or message outside chunks.
     Chunk(Cow<'a, [u8]>),
     /// An unreadable part, with the reason; the last piece if the file is cut off.
     Damage {
@@ -88,18 +88,27 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                 {
                     format!("the kind or the length of a record is damaged (kind {opcode})")
                 }
+                Some((op::CHANNEL | op::MESSAGE, body)) => {
+                    offset += FRAME + body.len();
+                    return Some((at, Piece::Chunk(Cow::Borrowed(&bytes[at..offset]))));
+                }
                 Some((opcode, body)) => {
                     offset += FRAME + body.len();
                     let bytes = FRAME + body.len();
-                    let reason = match (opcode, mcap::parse_record(opcode, body)) {
-                        (op::STATISTICS, Ok(McapRecord::Statistics(found))) => {
-                            return Some((at, Piece::Statistics(found.message_count)));
-                        }
-                        (op::METADATA, Ok(McapRecord::Metadata(found))) => {
-                            return Some((at, Piece::Metadata(found)));
-                        }
-                        (op::STATISTICS, _) => "the statistics are damaged".to_owned(),
-                        (op::METADATA, _) => "the metadata are damaged".to_owned(),
+                    // Others stay unread: the crate panics on an attachment that is truncated within its header.
+                    let reason = match opcode {
+                        op::STATISTICS => match mcap::parse_record(opcode, body) {
+                            Ok(McapRecord::Statistics(found)) => {
+                                return Some((at, Piece::Statistics(found.message_count)));
+                            }
+                            _ => "the statistics are damaged".to_owned(),
+                        },
+                        op::METADATA => match mcap::parse_record(opcode, body) {
+                            Ok(McapRecord::Metadata(found)) => {
+                                return Some((at, Piece::Metadata(found)));
+                            }
+                            _ => "the metadata are damaged".to_owned(),
+                        },
                         _ => continue,
                     };
                     return Some((at, Piece::Damage { reason, bytes }));

@@ -21,6 +21,7 @@ mod status;
 mod unpack;
 mod writer;
 
+pub use chunks::{Piece, pieces, records};
 pub use damage::{Damage, Repair};
 pub use entry::{Cycle, Entry, Level, Line, Part, RawBytes, ShortText};
 pub use happening::Happening;
@@ -33,7 +34,7 @@ pub use replay::{Difference, Reproduction};
 pub use replay_control::StickReproduction;
 pub use setup::{
     AccelerationSign, AutopilotFileError, AutopilotSection, CaptureSection, DmuMode, DmuSection,
-    ExcitationSection, FenceSection, FlyConfig, FlyConfigError, InputKind, InputSection,
+    ExcitationSection, FlyConfig, FlyConfigError, GeofenceSection, InputKind, InputSection,
     LineSection, MavlinkConfig, MavlinkRates, MavlinkSection, PilotRole, PwmLine, ReceiverProtocol,
     ReceiverSection, RecordSection, ServoSection, SiteSection, StickName, TelemetrySection,
     ThrottleSource, read_autopilot, write_autopilot,

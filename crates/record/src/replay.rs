@@ -99,9 +99,12 @@ impl Record {
     #[must_use]
     pub fn reproduced_by(&self, replayed: &[Solution]) -> Reproduction {
         let mut replayed = replayed.iter().peekable();
+        let mut last = None;
         let first_difference = self.solutions.iter().find_map(|flown| {
             while replayed.next_if(|solution| solution.time < flown.time).is_some() {}
-            let same_time = replayed.next_if(|solution| solution.time == flown.time);
+            // Without an accepted sample, the flight records its last solution again.
+            last = replayed.next_if(|solution| solution.time == flown.time).or(last);
+            let same_time = last.filter(|solution| solution.time == flown.time);
             let distance = same_time.map(|solution| distance(flown, solution));
             let is_same = same_time.is_some_and(|solution| bits(flown).eq(bits(solution)));
             (!is_same).then_some(Difference { time: flown.time, distance })

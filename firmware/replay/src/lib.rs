@@ -14,7 +14,7 @@ use hovernav::ekf::{
     Aid, Estimator, EstimatorConfig, HeadingMethod, Notice, Solution, SteplessSolution,
 };
 use hovernav::event::Event;
-use hovernav::flight_control::{Fence, FlightControl, FlightControlConfig};
+use hovernav::flight_control::{Geofence, FlightControl, FlightControlConfig};
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
@@ -68,14 +68,14 @@ pub fn autopilot<T: Scalar>() -> Option<HoverAutopilot<T>> {
     HoverAutopilot::new(hover_config().cast()).ok()
 }
 
-/// Flight control with the pilot's sticks as requests, a fence, and a mixed swashplate.
+/// Flight control with the pilot's sticks as requests, a geofence, and a mixed swashplate.
 #[must_use]
 pub fn flight_control<T: Scalar>() -> Option<Computer<T>> {
     let mut config = FlightControlConfig::new(hover_config());
     config.steering = Some(SteeringConfig::default());
     let [_, latitude, longitude, height, ..] = GPS[0];
     let centre = Geodetic::from_degrees(latitude, longitude, height)?;
-    config.fence = Some(Fence { centre, radius_m: 500.0, height_m: 100.0 });
+    config.geofence = Some(Geofence { centre, radius_m: 500.0, height_m: 100.0 });
     config.swashplate.kind = SwashplateKind::Ccpm120;
     FlightControl::new(config).ok().map(Computer::new)
 }

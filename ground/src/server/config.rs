@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use hovernav::flight_control::Fence;
+use hovernav::flight_control::Geofence;
 use hovernav_dataset::Manifest;
 
 use super::access::Access;
@@ -23,7 +23,7 @@ pub struct ServerConfig {
     /// Mounting of the vehicle's sensors.
     pub manifest: Manifest,
     /// The vehicle's geofence, for the map.
-    pub fence: Option<Fence>,
+    pub geofence: Option<Geofence>,
     /// Tiles for the map.
     pub tiles: Option<Tiles>,
 }

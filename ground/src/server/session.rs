@@ -61,15 +61,15 @@ impl Session {
                 })
             })
             .collect();
-        let fence = self.shared.config.fence.map(|fence| {
+        let geofence = self.shared.config.geofence.map(|geofence| {
             json!({
-                "lat_deg": fence.centre.latitude_deg(), "lon_deg": fence.centre.longitude_deg(),
-                "radius_m": fence.radius_m,
+                "lat_deg": geofence.centre.latitude_deg(), "lon_deg": geofence.centre.longitude_deg(),
+                "radius_m": geofence.radius_m,
             })
         });
         let zooms = self.shared.config.tiles.as_ref().map_or(&[][..], Tiles::zooms);
         json!({"hello": {
-            "version": env!("CARGO_PKG_VERSION"), "channels": channels, "fence": fence, "zooms": zooms,
+            "version": env!("CARGO_PKG_VERSION"), "channels": channels, "geofence": geofence, "zooms": zooms,
         }})
     }
 

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use hovernav::autopilot::Mode;
 use hovernav::controls::{Channel, Channels};
 use hovernav::earth::Geodetic;
-use hovernav::flight_control::Fence;
+use hovernav::flight_control::Geofence;
 use hovernav::frames::{EulerAngles, Vector};
 use hovernav::telemetry::{
     FixKind, GpsSummary, Innovations, LoopTiming, Sigmas, Snapshot, StatusFlags, Supplement,
@@ -155,7 +155,7 @@ pub fn serve_with(token: Option<&str>, tiles: Option<Tiles>) -> Served {
         folder: Folder::open(&place.path().join("records")).unwrap(),
         command: None,
         manifest: Manifest::default(),
-        fence: Some(Fence {
+        geofence: Some(Geofence {
             centre: Geodetic::from_degrees(1.35, 103.82, 0.0).unwrap(),
             radius_m: 40.0,
             height_m: 50.0,

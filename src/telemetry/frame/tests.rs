@@ -279,7 +279,7 @@ fn full_supplement() -> Supplement {
         accel_bias_mps2: Some(Vector::new(0.123, -0.456, 1.5)),
         gyro_bias_sigma_radps: Some(Vector::new(0.0001, 0.0002, 0.0003)),
         accel_bias_sigma_mps2: Some(Vector::new(0.01, 0.02, 0.03)),
-        fence_share: Some(0.731),
+        geofence_share: Some(0.731),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Timing of the loop's cycles.
 
+use std::fmt;
+
 use hovernav::time::Time;
 
 use crate::DurationHistogram;
@@ -18,7 +20,8 @@ pub struct CycleTimer {
     /// Work since the last complete cycle, s.
     work_s: f64,
     complete: bool,
-    woke_late: bool,
+    /// Longest delay of the present cycle's start, s, if more than half a cycle; otherwise zero.
+    late_s: f64,
     /// Whether the loop ran a cycle by the clock since the last packet, because the next one did not arrive in
     /// time.
     ran_by_clock: bool,
@@ -35,10 +38,21 @@ pub struct CycleTimer {
 pub struct CycleTiming {
     /// Duration of the cycle's work, s.
     pub work_s: f64,
-    /// Whether the cycle began more than half a cycle late.
-    pub woke_late: bool,
+    /// Delay of the cycle's start, s, if more than half a cycle; otherwise zero.
+    pub late_s: f64,
     /// Whether the cycle met its deadline.
     pub on_time: bool,
+}
+
+impl fmt::Display for CycleTiming {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (work_ms, late_ms) = (1e3 * self.work_s, 1e3 * self.late_s);
+        if late_ms > 0.0 {
+            write!(f, "a cycle began {late_ms:.0} ms late and took {work_ms:.1} ms")
+        } else {
+            write!(f, "a cycle took {work_ms:.1} ms of work")
+        }
+    }
 }
 
 impl CycleTimer {
@@ -49,7 +63,7 @@ impl CycleTimer {
             wait_began: start,
             work_s: 0.0,
             complete: false,
-            woke_late: false,
+            late_s: 0.0,
             ran_by_clock: false,
             work: DurationHistogram::default(),
             wake_latency: DurationHistogram::default(),
@@ -61,8 +75,9 @@ impl CycleTimer {
     /// arrival. The delay counts as a late wake-up of the loop, with one exception. If the loop ran a cycle by the
     /// clock in between and found no packet, the line delayed the packet.
     pub fn packet_behind(&mut self, behind_s: f64) {
-        let by_the_line = std::mem::take(&mut self.ran_by_clock);
-        self.woke_late |= behind_s > 0.5 * self.cycle_s && !by_the_line;
+        if !std::mem::take(&mut self.ran_by_clock) {
+            self.begins_late(behind_s);
+        }
     }
 
     /// Reports a cycle by the clock, because a packet did not arrive in time.
@@ -83,11 +98,11 @@ impl CycleTimer {
             return None;
         }
         let work_s = std::mem::take(&mut self.work_s);
-        let woke_late = std::mem::take(&mut self.woke_late);
-        let on_time = !woke_late && work_s <= self.cycle_s;
+        let late_s = std::mem::take(&mut self.late_s);
+        let on_time = late_s == 0.0 && work_s <= self.cycle_s;
         self.missed_deadlines += u64::from(!on_time);
         self.work.add(work_s);
-        Some(CycleTiming { work_s, woke_late, on_time })
+        Some(CycleTiming { work_s, late_s, on_time })
     }
 
     /// Reports the end of a wait: bytes arrived (`None`), or the `requested` time came.
@@ -97,7 +112,13 @@ impl CycleTimer {
             // If the requested time is before the wait, the delay counts from the start of the wait.
             let late_s = now - requested.max(self.wait_began);
             self.wake_latency.add(late_s);
-            self.woke_late |= late_s > 0.5 * self.cycle_s;
+            self.begins_late(late_s);
+        }
+    }
+
+    fn begins_late(&mut self, late_s: f64) {
+        if late_s > 0.5 * self.cycle_s {
+            self.late_s = self.late_s.max(late_s);
         }
     }
 }
@@ -131,7 +152,7 @@ mod tests {
         timer.end_wait(at(60), Some(at(40)));
         timer.complete_cycle();
         let cycle = timer.begin_wait(at(61)).unwrap();
-        assert!(cycle.woke_late && !cycle.on_time);
+        assert!(cycle.late_s > 0.0 && !cycle.on_time);
 
         timer.end_wait(at(62), Some(at(10)));
         timer.complete_cycle();

@@ -163,9 +163,13 @@ impl FlightLoop {
         let Some(cycle) = self.timer.begin_wait(now) else { return };
         self.late_cycles = if cycle.on_time { 0 } else { self.late_cycles.saturating_add(1) };
         if !cycle.on_time {
-            let late = if cycle.woke_late { ", and began late" } else { "" };
-            let text = format_args!("a cycle took {:.1} ms of work{late}", 1e3 * cycle.work_s);
-            self.log.repeated_event(now, Level::Warning, "deadline_missed", text);
+            self.sensor_monitor.is_late |= cycle.late_s > 0.0;
+            self.log.repeated_event(
+                now,
+                Level::Warning,
+                "deadline_missed",
+                format_args!("{cycle}"),
+            );
         }
         let timing = &mut self.snapshot.timing;
         timing.work_s = Some(cycle.work_s);
@@ -343,7 +347,9 @@ impl FlightLoop {
         });
         self.mode = outputs.mode;
         self.supplement = Supplement {
-            fence_share: self.flown.and_then(|solution| control.fence_share(&solution.position)),
+            geofence_share: self
+                .flown
+                .and_then(|solution| control.geofence_share(&solution.position)),
             ..self.supplement.with_control(control, &outputs)
         };
         let (asked_velocity_mps, asked_heading_rad) = control.autopilot().reference();

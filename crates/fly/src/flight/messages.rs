@@ -100,7 +100,7 @@ pub fn control_level(notice: &ControlNotice) -> Level {
         // The pilot's own choice.
         | ControlNotice::HandedBack(HandedBack::Override)
         | ControlNotice::PilotSignalRestored
-        | ControlNotice::InsideFenceAgain
+        | ControlNotice::InsideGeofenceAgain
         | ControlNotice::TestInputs(ProgrammeChange::Begins { .. } | ProgrammeChange::Done) => {
             Level::Info
         }

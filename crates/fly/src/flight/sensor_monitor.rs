@@ -56,6 +56,9 @@ pub struct SensorMonitor {
     count: u32,
     missing: f64,
     missing_in_all: f64,
+    /// Whether this computer began a cycle late in the present window. Samples that are missing then are no fault of
+    /// the line.
+    pub is_late: bool,
     /// Specific forces of the last two samples, m/s².
     before: [Option<Vector<Body>>; 2],
     /// Sums of the squared second differences of the specific force per axis, m²/s⁴.
@@ -75,6 +78,7 @@ impl SensorMonitor {
             count: 0,
             missing: 0.0,
             missing_in_all: 0.0,
+            is_late: false,
             before: [None; 2],
             bends: [0.0; 3],
             lost: Lasting::default(),
@@ -117,6 +121,7 @@ impl SensorMonitor {
         if now - begun >= WINDOW_S {
             self.judge(now, &mut report);
             (self.begun, self.count, self.missing, self.bends) = (Some(now), 0, 0.0, [0.0; 3]);
+            self.is_late = false;
         }
     }
 
@@ -126,9 +131,13 @@ impl SensorMonitor {
         let percent = 100.0 * share;
         if let Some(is_there) = self.lost.update(share / LOST_SAMPLES, now) {
             let (level, text) = if is_there {
+                let cause = if self.is_late {
+                    "this computer was late: reduce its load, or give fly a real-time priority"
+                } else {
+                    "as on a line that loses packets: check plug, cable and baud rate"
+                };
                 let text = format_args!(
-                    "inertial unit: {percent:.1} % of the samples are missing, as on a line that loses packets: \
-                     check plug, cable and baud rate"
+                    "inertial unit: {percent:.1} % of the samples are missing, {cause}"
                 );
                 (Level::Warning, ShortText::new(text))
             } else {

@@ -22,7 +22,7 @@ const STALE_S: f64 = 0.1;
 /// Age of the estimate after which it is rejected, s: the default of `health.age_s`.
 const AGE_S: f64 = 0.2;
 /// Radius of the geofence, m.
-const FENCE_M: f64 = 5.0;
+const GEOFENCE_M: f64 = 5.0;
 
 /// The moments of a failure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -206,10 +206,10 @@ const FAILSAFES: [Failsafe; 14] = [
         may_crash: false,
     },
     Failsafe {
-        name: "the fence",
+        name: "the geofence",
         watched_s: 20.0,
         stage: |setup, moment| {
-            // In hover, gusts carry the vehicle over the fence; otherwise a stick is held outwards until it is well
+            // In hover, gusts carry the vehicle over the geofence; otherwise a stick is held outwards until it is well
             // beyond.
             setup.pilot = if moment == Moment::Hover { "override" } else { "steer" };
             let south_m = match moment {
@@ -227,7 +227,7 @@ const FAILSAFES: [Failsafe; 14] = [
             let (latitude_rad, longitude_rad) = (middle.latitude_rad, middle.longitude_rad);
             setup.keys = format!(
                 "[site]\nlatitude_deg = {:.9}\nlongitude_deg = {:.9}\nheight_m = 0.0\n\
-                 [autopilot.fence]\nradius_m = {FENCE_M:?}\nheight_m = 100.0\n",
+                 [autopilot.geofence]\nradius_m = {GEOFENCE_M:?}\nheight_m = 100.0\n",
                 latitude_rad.to_degrees(),
                 longitude_rad.to_degrees()
             );
@@ -244,10 +244,10 @@ const FAILSAFES: [Failsafe; 14] = [
             let mut flight = stepless(flown)
                 .into_iter()
                 .filter(|solution| flown.second(solution.time) > engaged_s - CYCLE_S);
-            let crossed = flight.find(|solution| away(solution) >= FENCE_M);
-            let crossed_s = flown.second(crossed.expect("it reached the fence").time);
+            let crossed = flight.find(|solution| away(solution) >= GEOFENCE_M);
+            let crossed_s = flown.second(crossed.expect("it reached the geofence").time);
             let farthest_m = flight.map(|solution| away(&solution)).fold(0.0, f64::max);
-            assert!(farthest_m < FENCE_M + 2.5, "it went on to {farthest_m} m");
+            assert!(farthest_m < GEOFENCE_M + 2.5, "it went on to {farthest_m} m");
             let told = "the geofence is reached: the autopilot goes back";
             vec![response("it goes back", CYCLE_S, flown.after(crossed_s, told))]
         },

@@ -12,7 +12,7 @@ use super::reach;
 use super::sections::{CaptureSection, ServoSection, SiteSection};
 use hovernav::autopilot::{HoverConfig, ReadinessLimits, SteeringConfig};
 use hovernav::earth::Geodetic;
-use hovernav::flight_control::{FailsafeConfig, Fence, FlightControlConfig};
+use hovernav::flight_control::{FailsafeConfig, FlightControlConfig, Geofence};
 use hovernav::servo::SwitchConfig;
 
 /// `[autopilot]`: the autopilot that flies while the pilot's switch is closed.
@@ -51,7 +51,8 @@ pub struct AutopilotSection {
     pub failsafe: FailsafeConfig,
     /// Limits of the distance from `[site]`; unlimited if not set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub fence: Option<FenceSection>,
+    #[serde(alias = "fence")]
+    pub geofence: Option<GeofenceSection>,
     /// Test inputs that the autopilot flies automatically; no test inputs if not set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub excitation: Option<ExcitationSection>,
@@ -64,10 +65,10 @@ pub struct AutopilotSection {
 /// [`AutopilotSection::override_travel`] if it is not set.
 const STEERED_OVERRIDE: f64 = 0.8;
 
-/// `[autopilot.fence]`: limits of the distance from `[site]`.
+/// `[autopilot.geofence]`: limits of the distance from `[site]`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct FenceSection {
+pub struct GeofenceSection {
     /// Horizontal distance, m, from 5 to 10 000.
     pub radius_m: f64,
     /// Height above the site, m, from 5 to 1000.
@@ -149,10 +150,10 @@ impl AutopilotSection {
 
     /// The geofence, with its centre at `site`; `None` without either.
     #[must_use]
-    pub fn fence_about(&self, site: Option<&SiteSection>) -> Option<Fence> {
-        let (fence, site) = self.fence.zip(site)?;
+    pub fn geofence_about(&self, site: Option<&SiteSection>) -> Option<Geofence> {
+        let (geofence, site) = self.geofence.zip(site)?;
         let centre = Geodetic::from_degrees(site.latitude_deg, site.longitude_deg, site.height_m)?;
-        Some(Fence { centre, radius_m: fence.radius_m, height_m: fence.height_m })
+        Some(Geofence { centre, radius_m: geofence.radius_m, height_m: geofence.height_m })
     }
 
     /// Configuration of flight control; `None` before the autopilot's file is loaded.
@@ -170,7 +171,7 @@ impl AutopilotSection {
         config.steering = steers.then_some(self.steering);
         config.hold_throttle = self.throttle == ThrottleSource::Hold;
         config.failsafe = self.failsafe;
-        config.fence = self.fence_about(site);
+        config.geofence = self.geofence_about(site);
         config.excitation = self.excitation.as_ref().and_then(|section| section.programme().ok());
         config.channels = servo.channels;
         config.swashplate = servo.swashplate;

@@ -124,7 +124,7 @@ impl FlyConfig {
             config.navigation.imu.heading_reference = HeadingReference::Magnetic;
         }
         let site_height = table.get("site").and_then(|site| site.get("height_m"));
-        if config.autopilot.as_ref().is_some_and(|own| own.fence.is_some())
+        if config.autopilot.as_ref().is_some_and(|own| own.geofence.is_some())
             && config.site.is_some()
             && site_height.is_none()
         {
@@ -257,9 +257,9 @@ impl FlyConfig {
             return Err(value("servo", "stream", &why));
         }
         let Some(section) = &self.autopilot else { return Ok(()) };
-        if section.fence.is_some() && self.site.is_none() {
+        if section.geofence.is_some() && self.site.is_none() {
             let why = "found no [site], expected one: it is the centre of the geofence";
-            return Err(value("autopilot", "fence", &why));
+            return Err(value("autopilot", "geofence", &why));
         }
         section.check(servo)
     }

@@ -15,7 +15,7 @@ mod reach;
 mod sections;
 
 pub use autopilot::{AutopilotFileError, read_autopilot, write_autopilot};
-pub use autopilot_section::{AutopilotSection, FenceSection, PilotRole, ThrottleSource};
+pub use autopilot_section::{AutopilotSection, GeofenceSection, PilotRole, ThrottleSource};
 pub use error::FlyConfigError;
 pub use excitation_section::{ExcitationSection, InputKind, InputSection, StickName};
 pub use fly_config::FlyConfig;

@@ -129,7 +129,7 @@ pub(super) const AUTOPILOT: &[Section] = &[
             range("saturation_s", 0.1, 60.0, "s"),
         ],
     ),
-    ("autopilot.fence", &[range("radius_m", 5.0, 1e4, "m"), range("height_m", 5.0, 1e3, "m")]),
+    ("autopilot.geofence", &[range("radius_m", 5.0, 1e4, "m"), range("height_m", 5.0, 1e3, "m")]),
     (
         "autopilot.excitation",
         &[

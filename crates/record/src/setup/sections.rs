@@ -10,7 +10,7 @@ use hovernav::gps::Protocol;
 use hovernav::gps::quality::Limits;
 use hovernav::servo::{ChannelConfig, SignalConfig, Swashplate};
 
-/// `[site]`: position of the flight, to a few kilometres; with a fence, its centre on the ground.
+/// `[site]`: position of the flight, to a few kilometres; with a geofence, its centre on the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SiteSection {
     /// Latitude, °.

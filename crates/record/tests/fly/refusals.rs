@@ -236,7 +236,7 @@ fn numbers_that_would_switch_a_check_off_are_refused_with_their_key() {
         ("[mavlink]\nport = 'c'\nspeaker = { component_id = 0 }\n", "component_id"),
         (
             "[servo.capture]\nserial = { port = 'c' }\n[autopilot]\nfile = 'a'\n\
-             fence = { radius_m = 50, height_m = 50 }\n\
+             geofence = { radius_m = 50, height_m = 50 }\n\
              [site]\nlatitude_deg = 1\nlongitude_deg = 2\n",
             "[site] height_m",
         ),

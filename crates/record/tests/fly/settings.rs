@@ -114,7 +114,8 @@ fn whole(example: &str) -> Table {
     if fly.contains_key("mavlink") {
         rest.insert("mavlink".into(), Value::Table(speaks));
     }
-    let mut autopilot = table("file = 'autopilot.toml'\nfence = { radius_m = 60, height_m = 100 }");
+    let mut autopilot =
+        table("file = 'autopilot.toml'\ngeofence = { radius_m = 60, height_m = 100 }");
     if let Some(own) = fly.get("autopilot").and_then(Value::as_table) {
         let mut own = own.clone();
         own.remove("model");

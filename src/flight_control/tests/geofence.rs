@@ -1,10 +1,10 @@
-//! Tests of the fence: the vehicle reaches it, returns, and is inside again.
+//! Tests of the geofence: the vehicle reaches it, returns, and is inside again.
 
 use super::*;
 
-fn fenced(steering: Option<SteeringConfig>) -> FlightControlConfig {
-    let fence = Fence { centre: place(0.0, 0.0), radius_m: 50.0, height_m: 40.0 };
-    let mut config = FlightControlConfig { fence: Some(fence), steering, ..config() };
+fn geofenced(steering: Option<SteeringConfig>) -> FlightControlConfig {
+    let geofence = Geofence { centre: place(0.0, 0.0), radius_m: 50.0, height_m: 40.0 };
+    let mut config = FlightControlConfig { geofence: Some(geofence), steering, ..config() };
     config.hover.transfer.override_travel = 0.8;
     config
 }
@@ -14,20 +14,20 @@ fn north_asked_mps(bench: &Bench) -> f64 {
 }
 
 #[test]
-fn the_fence_is_reported_once_and_again_when_it_is_left() {
-    let mut bench = Bench::engaged(fenced(None));
+fn the_geofence_is_reported_once_and_again_when_it_is_left() {
+    let mut bench = Bench::engaged(geofenced(None));
     let count = |bench: &Bench, wanted| bench.told.iter().filter(|told| **told == wanted).count();
     for position in [place(51.0, 10.0), place(52.0, 10.0), place(10.0, 10.0), place(0.0, 41.0)] {
         bench.solution.as_mut().unwrap().position = position;
         bench.cycles(5);
     }
-    assert_eq!(count(&bench, ControlNotice::FenceReached), 2);
-    assert_eq!(count(&bench, ControlNotice::InsideFenceAgain), 1);
+    assert_eq!(count(&bench, ControlNotice::GeofenceReached), 2);
+    assert_eq!(count(&bench, ControlNotice::InsideGeofenceAgain), 1);
 }
 
 #[test]
-fn a_stick_held_outwards_does_not_fly_through_the_fence() {
-    let mut bench = Bench::engaged(fenced(Some(SteeringConfig::default())));
+fn a_stick_held_outwards_does_not_fly_through_the_geofence() {
+    let mut bench = Bench::engaged(geofenced(Some(SteeringConfig::default())));
     bench.solution.as_mut().unwrap().body_to_ned =
         Rotation::from_euler(EulerAngles::from_degrees(0.0, 0.0, 0.0));
     let hands_off = bench.pilot_ms.unwrap();
@@ -48,7 +48,7 @@ fn a_stick_held_outwards_does_not_fly_through_the_fence() {
 
 #[test]
 fn it_goes_back_though_velocity_or_the_pilot_was_lost_meanwhile() {
-    let mut bench = Bench::engaged(fenced(None));
+    let mut bench = Bench::engaged(geofenced(None));
     bench.solution.as_mut().unwrap().position = place(51.0, 10.0);
     bench.cycles(100);
     let good = bench.solution.unwrap();
@@ -69,8 +69,8 @@ fn it_goes_back_though_velocity_or_the_pilot_was_lost_meanwhile() {
 }
 
 #[test]
-fn outside_the_fence_it_does_not_take_over() {
-    let mut bench = Bench::new(fenced(None));
+fn outside_the_geofence_it_does_not_take_over() {
+    let mut bench = Bench::new(geofenced(None));
     bench.solution.as_mut().unwrap().position = place(0.0, 60.0);
     bench.cycles(20);
     bench.aux_ms = Some(CLOSED_MS);
