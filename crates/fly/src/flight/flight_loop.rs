@@ -164,12 +164,8 @@ impl FlightLoop {
         self.late_cycles = if cycle.on_time { 0 } else { self.late_cycles.saturating_add(1) };
         if !cycle.on_time {
             self.sensor_monitor.is_late |= cycle.late_s > 0.0;
-            self.log.repeated_event(
-                now,
-                Level::Warning,
-                "deadline_missed",
-                format_args!("{cycle}"),
-            );
+            let text = format_args!("{cycle}");
+            self.log.repeated_event(now, Level::Warning, "deadline_missed", text);
         }
         let timing = &mut self.snapshot.timing;
         timing.work_s = Some(cycle.work_s);
@@ -346,12 +342,9 @@ impl FlightLoop {
             }
         });
         self.mode = outputs.mode;
-        self.supplement = Supplement {
-            geofence_share: self
-                .flown
-                .and_then(|solution| control.geofence_share(&solution.position)),
-            ..self.supplement.with_control(control, &outputs)
-        };
+        let share = self.flown.and_then(|solution| control.geofence_share(&solution.position));
+        self.supplement = self.supplement.with_control(control, &outputs);
+        self.supplement.geofence_share = share;
         let (asked_velocity_mps, asked_heading_rad) = control.autopilot().reference();
         let cycle = Cycle {
             has_sample,
