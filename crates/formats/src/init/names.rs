@@ -266,7 +266,7 @@ mod tests {
             ("gps_valid", Q::FixType, None),
             ("baro_alt_m", Q::BaroHeight, Some("m")),
             ("pressure_hPa", Q::Pressure, Some("hpa")),
-            ("IMU_ATTI(0):barometer:Raw[meters]", Q::BaroHeight, Some("m")),
+            ("IMU_ATTI:barometer:Raw[meters]", Q::BaroHeight, Some("m")),
             ("pedal", Q::Stick(3), None),
             ("lat_1e7", Q::Latitude, Some("deg1e7")),
             ("Latitude (ddmm.mmmm)", Q::Latitude, Some("ddmm")),
