@@ -297,6 +297,7 @@ pub(super) fn settle_by_filter(
     // Each unit may have been tried with two units of the height.
     close.sort_by(|a, b| a.rate.total_cmp(&b.rate).then(a.found.score.total_cmp(&b.found.score)));
     close.dedup_by(|later, one| later.rate == one.rate);
+    close.sort_by(|a, b| a.found.score.total_cmp(&b.found.score));
     let name = |ratio: f64| {
         let rate = nearest(&rates, Rate::factor, factor * ratio, 1.01).or(as_read_in);
         rate.map_or_else(String::new, Rate::name)

@@ -165,7 +165,7 @@ fn velocities_in_a_file_of_their_own_are_those_of_the_fixes() {
 #[test]
 fn a_height_that_fits_in_two_units_is_asked_about() {
     for (name, metres_are_shown) in [("car-rtk", false), ("uav-thor75-1hz", true)] {
-        let Some(set) = &shared(&format!("datasets/{name}")) else { return };
+        let Some(set) = &shared(format!("datasets/{name}")) else { return };
         for per_m in [1.0, 1.0 / 0.3048] {
             let row = |row: &Vec<f64>| {
                 let course = row[5].atan2(row[4]).to_degrees().rem_euclid(360.0);
