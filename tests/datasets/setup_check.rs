@@ -9,7 +9,9 @@ use hovernav::gps::Fix;
 use hovernav::imu::{ImuSample, Motion};
 use hovernav::time::Time;
 use hovernav_dataset::{Dataset, LogError};
-use hovernav_findings::{Sensor, alternative, check_fitness, check_setup, ensure_possible};
+use hovernav_findings::{
+    FindingKind, Sensor, alternative, check_fitness, check_setup, ensure_possible, findings,
+};
 use hovernav_replay::estimate;
 use hovernav_sim::faults::{Fault, Log};
 use hovernav_testing::{FLIGHTS, shared};
@@ -148,6 +150,49 @@ fn a_wrong_set_up_of_a_unit_without_attitude_is_refused_or_named_after_trying_ot
             told = alternative(&dataset, &config, &run).map_or(told, |found| found.to_string());
         }
         assert!(told.contains(expected), "{name} {fault}: {told}");
+    }
+}
+
+#[test]
+fn set_ups_that_fit_alike_are_all_named() {
+    // A unit that is turned by 180° about z has gyros x and y of the wrong sign, and accelerometers that are right.
+    let Some(log) = dataset("quad-p4rtk-vibration") else { return };
+    let mut dataset = Dataset::open(&log).unwrap();
+    for sample in &mut dataset.imu {
+        if let Motion::Rates { angular_rate_radps: turn, .. } = &mut sample.motion {
+            let [x, y, z] = turn.to_array();
+            *turn = Vector::new(-x, -y, z);
+        }
+    }
+    let config = dataset.settings().unwrap();
+    let run = estimate(&dataset, &config, |_| {});
+    let found = alternative(&dataset, &config, &run).unwrap().to_string();
+    assert!(found.contains("gyros x and y of the wrong sign"), "{found}");
+    assert!(found.contains("or accelerometers x and y of the wrong sign"), "{found}");
+}
+
+#[test]
+fn gyros_at_a_quarter_or_four_times_their_scale_are_named() {
+    for name in ["car-rtk", "quad-p4rtk-vibration"] {
+        for (scale, expected) in [(0.25, "gyros at a quarter"), (4.0, "gyros at four times")] {
+            let Some(log) = dataset(name) else { return };
+            let mut dataset = Dataset::open(&log).unwrap();
+            for sample in &mut dataset.imu {
+                if let Motion::Rates { angular_rate_radps: turn, .. } = &mut sample.motion {
+                    *turn = *turn * scale;
+                }
+            }
+            let config = dataset.settings().unwrap();
+            let run = estimate(&dataset, &config, |_| {});
+            let found = findings(&dataset, &run);
+            let has = |kind: FindingKind| found.iter().any(|one| one.kind == kind);
+            assert!(found.iter().any(|one| one.words.contains(expected)), "{name}: {found:?}");
+            // Delays and lever arms by the accelerations of a wrong attitude are wrong.
+            assert!(
+                !has(FindingKind::TimeOffset) && !has(FindingKind::LeverArm),
+                "{name}: {found:?}"
+            );
+        }
     }
 }
 

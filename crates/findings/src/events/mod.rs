@@ -26,7 +26,7 @@ mod wheels;
 
 use hovernav::imu::ImuSample;
 
-use crate::finding::{Finding, SetupFinding};
+use crate::finding::{Finding, FindingKind, SetupFinding};
 use crate::plausibility::{SetupLook, alternative};
 use crate::rates::with_rates;
 use hovernav_dataset::Dataset;
@@ -47,7 +47,13 @@ use timing::MeasuredVelocity;
 #[must_use]
 pub fn findings(dataset: &Dataset, run: &Run) -> Vec<Finding> {
     let (mut findings, setup) = events_and_setup(dataset, run);
-    let setup = setup.into_iter().chain(alternative(dataset, &run.config, run));
+    let other = alternative(dataset, &run.config, run);
+    if other.is_some() {
+        // A wrong attitude turns the accelerations, from which these follow.
+        use FindingKind::{ClockRate, LeverArm, TimeOffset};
+        findings.retain(|found| !matches!(found.kind, ClockRate | LeverArm | TimeOffset));
+    }
+    let setup = setup.into_iter().chain(other);
     let (start_s, end_s) = Judged { dataset, run }.span_s().unwrap_or_default();
     findings.extend(setup.map(|found| found.finding(start_s, end_s)));
     findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));

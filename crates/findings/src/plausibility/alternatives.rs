@@ -18,6 +18,8 @@ const MAX: f64 = 25.0;
 const OPENED_S: f64 = 2.0;
 /// Smallest factor by which the right set-up reduces the mean square.
 const BETTER: f64 = 1.7;
+/// Largest ratio of the mean squares of two set-ups that fit equally.
+const ALIKE: f64 = 1.2;
 /// Largest mean square of the normalised innovations with the right set-up.
 const GOOD: f64 = 2.0;
 
@@ -56,7 +58,7 @@ const fn range(factor: f64, cause: &'static str) -> Alternative {
     }
 }
 
-const ALTERNATIVES: [Alternative; 17] = [
+const ALTERNATIVES: [Alternative; 18] = [
     gyro(signs(-1.0, -1.0, -1.0), "all gyros of the wrong sign"),
     gyro(signs(-1.0, 1.0, 1.0), "gyro x of the wrong sign"),
     gyro(signs(1.0, -1.0, 1.0), "gyro y of the wrong sign"),
@@ -90,6 +92,7 @@ const ALTERNATIVES: [Alternative; 17] = [
         mend: "swap the columns of accelerometers x and y",
     },
     range(2.0, "gyros at half the right scale, as with another range setting"),
+    range(4.0, "gyros at a quarter of the right scale, as with another range setting"),
     range(0.5, "gyros at twice the right scale, as with another range setting"),
     range(0.25, "gyros at four times the right scale, as with another range setting"),
 ];
@@ -227,12 +230,20 @@ impl Trial {
     /// are never proposed.
     fn axes(&self) -> Option<SetupFinding> {
         let upright = ALTERNATIVES.iter().filter(|other| other.is_upright(&self.part));
-        let tried = upright.filter_map(|other| {
-            let run = estimate(&other.applied(&self.part), &self.config, |_| {});
-            Some((Self::judged(&run)?, other))
-        });
-        let (found, best) = tried.min_by(|a, b| a.0[1].total_cmp(&b.0[1]))?;
-        self.is_right(found).then(|| SetupFinding {
+        let mut right: Vec<([f64; 2], &Alternative)> = upright
+            .filter_map(|other| {
+                let run = estimate(&other.applied(&self.part), &self.config, |_| {});
+                Some((Self::judged(&run).filter(|found| self.is_right(*found))?, other))
+            })
+            .collect();
+        right.sort_by(|a, b| a.0[1].total_cmp(&b.0[1]));
+        let found = right.first()?.0;
+        // Gyros x and y of the wrong sign, for example, differ only by the heading from such accelerometers.
+        right.retain(|(other, _)| other[1] < ALIKE * found[1]);
+        let causes: Vec<&str> = right.iter().map(|(_, other)| other.cause).collect();
+        let mut mends: Vec<&str> = right.iter().map(|(_, other)| other.mend).collect();
+        mends.dedup();
+        Some(SetupFinding {
             sensor: Sensor::InertialUnit,
             is_certain: false,
             found: format!(
@@ -240,8 +251,8 @@ impl Trial {
                  with other axes or signs",
                 self.as_it_is, found[1]
             ),
-            cause: best.cause.into(),
-            mend: best.mend.into(),
+            cause: causes.join(", or "),
+            mend: mends.join(", or "),
         })
     }
 }

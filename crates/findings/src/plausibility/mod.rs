@@ -12,6 +12,7 @@ mod dead_axis;
 mod field_turning;
 mod fixes;
 mod gravity;
+mod interpolated;
 mod magnetic;
 mod pairs;
 mod regression;
@@ -96,6 +97,7 @@ impl SetupLook {
         }
         fixes::check(&fixes, &mut found);
         found.extend(unmeasured.map(|zeros| zeros.finding(&dataset.fixes)));
+        interpolated::check(&dataset.fixes, &mut found);
         barometer::check(dataset, &mut found);
         self.field.check(dataset, up, &mut found);
         found.sort_by_key(|finding| !finding.is_certain);

@@ -79,6 +79,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     let mut known = Known { meanings };
     known.prefer_measured(&look, &names);
     known.add_down_of_ardupilot(&names);
+    known.add_earth_centred(&look, &names);
     let one_receiver = known.keep_one_receiver(&look.layout.names);
     let instance = instance::found(&look, &known);
     if let Some((column, number)) = instance {
@@ -142,7 +143,7 @@ pub(crate) fn understand(path: &Path, file: &Path) -> Result<Understood, LogErro
     };
     table.controls = reader.controls();
     if table.gps.is_none() && table.gyro.is_none() {
-        table.velocity = reader.twist();
+        table.velocity = reader.velocity_alone(table.attitude.is_some());
     }
     let has_motion =
         [table.gyro.is_some(), table.accel.is_some(), table.gravity.is_some()].contains(&true);
@@ -335,8 +336,10 @@ impl Reader<'_> {
     /// The counts per g of an accelerometer without a unit, and their source: `acc_1G` above the names, otherwise the
     /// power of two that is nearest to gravity. `norm` is the median norm.
     fn counts_per_g(&self, columns: [usize; 3], norm: f64) -> Option<(f64, &'static str)> {
-        /// Smallest power of two that is not confused with 1000 mg.
-        const MIN: f64 = 2048.0;
+        /// Smallest number of counts per g of a sensor.
+        const MIN: f64 = 64.0;
+        /// A power of two that is confused with 981 cm/s² and 1000 mg.
+        const OF_UNITS: f64 = 1024.0;
         /// Largest ratio of the norm to the power of two, or its inverse.
         const NEAR: f64 = 1.2;
         let is_bare =
@@ -350,7 +353,7 @@ impl Reader<'_> {
             return Some((counts, "acc_1G of the file"));
         }
         let power = 2f64.powf(norm.log2().round());
-        (power >= MIN && near(power)).then_some((power, "the size of gravity"))
+        (power >= MIN && power != OF_UNITS && near(power)).then_some((power, "the size of gravity"))
     }
 
     /// The columns of gravity alone, as phones compute it, in m/s² unless the values have the size of g.
@@ -402,16 +405,26 @@ impl Reader<'_> {
         Some(self.triad(columns, unit, true))
     }
 
-    /// The columns of a velocity in a file without positions, as ROS exports `TwistStamped`; not those of a command.
-    fn twist(&mut self) -> Option<VelocityColumns> {
+    /// The columns of a velocity in a file without positions, as ROS exports `TwistStamped`, or of a receiver that writes
+    /// its velocities apart; not those of a command, and not those of a filter, which has an attitude.
+    fn velocity_alone(&mut self, has_attitude: bool) -> Option<VelocityColumns> {
         const COMMANDS: [&str; 3] = ["cmd", "setpoint", "target"];
         let file = self.file.to_lowercase();
-        let columns = self.known.all([0, 1, 2].map(Quantity::Twist))?;
         if COMMANDS.iter().any(|part| file.contains(part)) {
             return None;
         }
+        let is_measured = |columns: &[usize; 3]| {
+            !has_attitude && !columns.iter().any(|&column| self.known.is_estimated(column))
+        };
+        let twist = self.known.all([0, 1, 2].map(Quantity::Twist));
+        let receiver = self.known.all([0, 1, 2].map(Quantity::Velocity)).filter(is_measured);
+        let (columns, unit, world) = match (twist, receiver) {
+            (Some(columns), _) => (columns, SpeedUnit::MetresPerSecond, World::Enu),
+            (None, Some(columns)) => (columns, self.speed_unit_alone(columns[0]), World::Ned),
+            (None, None) => return None,
+        };
         let columns = columns.map(|column| self.name(column));
-        Some(VelocityColumns { columns, unit: SpeedUnit::MetresPerSecond, world: World::Enu })
+        Some(VelocityColumns { columns, unit, world })
     }
 
     fn controls(&mut self) -> Option<StickColumns> {

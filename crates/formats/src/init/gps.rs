@@ -214,6 +214,12 @@ impl Reader<'_> {
         }
     }
 
+    /// The unit of the velocity of a file without positions.
+    pub(super) fn speed_unit_alone(&self, column: usize) -> SpeedUnit {
+        let is_whole = self.look.is_whole(column);
+        self.speed_unit(column, if is_whole { Written::Scaled } else { Written::Plain }).0
+    }
+
     /// The unit of a course, from its column's name or from its largest value. `None` if that value exceeds a full turn
     /// in every unit.
     fn course_unit(&self, column: usize) -> Option<CourseUnit> {

@@ -1,9 +1,16 @@
 //! Quantities of the columns of a file, as far as the names state them.
 
+use std::ops::Range;
+
 use super::look::Look;
 use super::names::Meaning;
 use super::quantity::Quantity;
+use super::unit_names::{trailing_unit, unit};
+use super::words::{bracketed, words};
 use crate::text::HeightAbove;
+
+/// The unit of the columns x and y of an Earth-centred position.
+pub(super) const EARTH_CENTRED: &str = "ecef";
 
 /// The meanings of the columns; a look-up returns the first column of a quantity.
 pub(crate) struct Known {
@@ -109,9 +116,54 @@ impl Known {
         }
     }
 
+    /// Reads three columns with the size of the Earth as an Earth-centred position, if no other position is known, and
+    /// the velocity along the same axes.
+    pub fn add_earth_centred(&mut self, look: &Look, names: &[String]) {
+        /// Distances of a vehicle from the Earth's centre, m.
+        const RADII_M: Range<f64> = 6.33e6..6.43e6;
+        const UNITS: [(&str, f64); 3] = [("m", 1.0), ("cm", 1e-2), ("mm", 1e-3)];
+        if self.column(Quantity::Latitude).is_some() {
+            return;
+        }
+        let norms = |at: usize| {
+            [look.median_norm([at, at + 1, at + 2]), look.high_norm([at, at + 1, at + 2])]
+        };
+        let unit_at = |at: usize| {
+            let is_free = self.meanings[at..at + 3].iter().all(Option::is_none);
+            let fits = |to_m: f64| norms(at).iter().all(|norm| RADII_M.contains(&(norm * to_m)));
+            UNITS.into_iter().find(|(_, to_m)| is_free && fits(*to_m)).map(|(unit, _)| (at, unit))
+        };
+        // Near the equator or a meridian of the axes, two of the columns with another one have the size too, but less of it.
+        let all = (0..self.meanings.len().saturating_sub(2)).filter_map(unit_at);
+        let largest = all.max_by(|a, b| norms(a.0)[0].total_cmp(&norms(b.0)[0]));
+        let Some((first, unit)) = largest else { return };
+        let mut give = |column: usize, quantity: Quantity, unit: Option<&'static str>| {
+            self.meanings[column] = Some(Meaning { quantity, unit, estimated: false });
+        };
+        give(first, Quantity::Latitude, Some(EARTH_CENTRED));
+        give(first + 1, Quantity::Longitude, Some(EARTH_CENTRED));
+        give(first + 2, Quantity::Height(Some(HeightAbove::Ellipsoid)), Some(unit));
+        for (column, name) in names.iter().enumerate() {
+            if let Some((axis, unit)) = earth_centred_velocity(name) {
+                give(column, Quantity::Velocity(axis), unit);
+            }
+        }
+    }
+
     pub fn is_estimated(&self, column: usize) -> bool {
         self.meanings[column].is_some_and(|meaning| meaning.estimated)
     }
+}
+
+/// The axis of a name such as `ecefVX` or `ecef_vel_y`, and its unit.
+fn earth_centred_velocity(name: &str) -> Option<(usize, Option<&'static str>)> {
+    let (plain, bracket) = bracketed(name);
+    let mut words = words(plain);
+    let unit = unit(&bracket).or_else(|| trailing_unit(&mut words));
+    let joined = words.concat().replace("ecef", "");
+    let stem = joined.trim_end_matches(['x', 'y', 'z']);
+    let axis = ["x", "y", "z"].iter().position(|axis| joined.strip_prefix(stem) == Some(*axis))?;
+    ["v", "vel", "velocity", "speed"].contains(&stem).then_some((axis, unit))
 }
 
 /// The part of a column's name that denotes the device or program, before a colon, point or slash: `IMU_ATTI(0)` of

@@ -17,6 +17,8 @@ const COLUMNS: usize = 400;
 pub(crate) struct Look {
     pub layout: Layout,
     pub columns: Vec<Vec<f64>>,
+    /// The column of full seconds whose next column has the nanoseconds after them. It contains both.
+    pub stamp: Option<usize>,
     /// Whether a column contains dates or times of day, converted to seconds in `columns`.
     pub are_clock: Vec<bool>,
     /// The single letters in a column, in capitals, without repetition.
@@ -44,6 +46,7 @@ impl Look {
             are_fix_types: vec![false; count],
             are_padded: vec![false; count],
             cell_units: vec![String::new(); count],
+            stamp: None,
             layout,
         };
         let mut lines = Lines::open(path)?;
@@ -56,7 +59,42 @@ impl Look {
             }
         }
         look.columns.iter_mut().for_each(|column| forget_unknown(column));
+        look.join_stamp();
         Ok(look)
+    }
+
+    /// Adds nanoseconds to the full seconds in the column before, as in the stamps of ROS: by name, otherwise seconds
+    /// since 1970 next to whole numbers that range widely below 10⁹.
+    fn join_stamp(&mut self) {
+        const EPOCHS: std::ops::Range<f64> = 9.4e8..4.1e9;
+        const MIN_SPREAD: f64 = 1e8;
+        let is_named = self.layout.header_line > 0;
+        let is_stamp = |at: &usize| {
+            let [least, most] = self.range(at + 1);
+            let [before, name] = [*at, at + 1].map(|at| self.layout.names[at].to_lowercase());
+            // The name of a frame follows in ROS.
+            let is_before_frame =
+                self.columns.get(at + 2).is_some() && self.known(at + 2).next().is_none();
+            self.is_whole(*at)
+                && self.is_whole(at + 1)
+                && least >= 0.0
+                && most < 1e9
+                && match is_named {
+                    true => {
+                        before.contains("sec") && (name.contains("nano") || name.contains("nsec"))
+                    }
+                    false => {
+                        (most - least > MIN_SPREAD || is_before_frame)
+                            && self.known(*at).all(|second| EPOCHS.contains(&second))
+                    }
+                }
+        };
+        self.stamp = (0..self.columns.len().saturating_sub(1)).find(is_stamp);
+        if let Some(at) = self.stamp {
+            let (seconds, after) = self.columns.split_at_mut(at + 1);
+            let pairs = seconds[at].iter_mut().zip(&after[0]);
+            pairs.for_each(|(second, nanoseconds)| *second += 1e-9 * nanoseconds);
+        }
     }
 
     fn take(&mut self, line: &[u8], delimiter: Delimiter) {

@@ -176,6 +176,8 @@ impl std::fmt::Display for Proposal {
 /// `files`, with the text files and captures in each directory instead of the directory.
 fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
     const ENDINGS: [&str; 5] = ["csv", "txt", "tsv", "dat", "pos"];
+    /// Largest number of text files in a directory of one log.
+    const MAX_FILES: usize = 100;
     let mut expanded = Vec::new();
     for path in files {
         if !path.is_dir() {
@@ -191,9 +193,17 @@ fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
         let mut found: Vec<PathBuf> =
             entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_text).collect();
         found.sort();
-        if found.is_empty() {
-            let reason =
-                format!("found no text file, expected one that ends in {}", ENDINGS.join(", "));
+        if found.is_empty() || found.len() > MAX_FILES {
+            let reason = match found.len() {
+                0 => format!(
+                    "found no text file, expected one that ends in {}; name files of deeper directories each",
+                    ENDINGS.join(", ")
+                ),
+                count => format!(
+                    "found {count} text files, expected at most {MAX_FILES}, one a sensor: join files of one row \
+                     each, as `paste -d ' ' timestamps.txt <(cat data/*.txt) > oxts.txt` does for KITTI"
+                ),
+            };
             return Err(LogError::Unusable { path: path.clone(), reason });
         }
         expanded.extend(found);
@@ -202,7 +212,7 @@ fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
 }
 
 /// Removes the velocities of a file without positions if the positions do not move along them: those of a filter in the
-/// vehicle's axes, for example. Returns whether it removes them.
+/// vehicle's axes, for example. Otherwise determines their unit. Returns whether it changes the mapping.
 fn judge_velocity(mapping: &mut Mapping, dataset: &Dataset, checks: &mut Vec<String>) -> bool {
     let gps = mapping.table.iter().find_map(|table| table.gps.as_ref());
     let is_needed = gps.is_some_and(|gps| gps.north.is_empty() && gps.speed.is_empty());
@@ -213,19 +223,26 @@ fn judge_velocity(mapping: &mut Mapping, dataset: &Dataset, checks: &mut Vec<Str
         table.velocity = None;
         return false;
     }
+    let Some(velocity) = &mut table.velocity else { return false };
     let file = table.file.display();
-    let is_other =
-        travel::travel(&dataset.fixes).is_some_and(|travel| travel.cosine < travel::MIN_COSINE);
-    checks.push(match is_other {
-        true => format!("the velocity of {file} is ignored: the positions do not move along it"),
-        false => format!(
-            "the velocity of {file} is read as east, north and up, and as that of the fixes"
-        ),
-    });
-    if is_other {
+    let travelled = travel::travel(&dataset.fixes);
+    if travelled.is_some_and(|travelled| travelled.cosine < travel::MIN_COSINE) {
+        checks
+            .push(format!("the velocity of {file} is ignored: the positions do not move along it"));
         table.velocity = None;
+        return true;
     }
-    is_other
+    let before = velocity.unit;
+    velocity.unit = travelled.and_then(|one| travel::fitting(before, one)).unwrap_or(before);
+    let world = match velocity.world {
+        World::Enu => "east, north and up",
+        World::Ned => "north, east and down",
+    };
+    checks.push(format!(
+        "the velocity of {file} is read as {world} in {}, and as that of the fixes",
+        velocity.unit.name()
+    ));
+    velocity.unit != before
 }
 
 /// Determines the rate of a counter from the speed of the receiver in the same file and the distances between its

@@ -113,6 +113,10 @@ fn of_words(mut words: Vec<String>, bracket: &str, below: &str, is_part: bool) -
         return None;
     }
     let unit = bracket_unit.or(trailing_unit);
+    let quantity = match (quantity, unit) {
+        (Quantity::Pressure, Some("m" | "cm" | "ft")) => Quantity::BaroHeight,
+        _ => quantity,
+    };
     // Engines and rotors turn in revolutions per minute too.
     let is_engine = unit == Some("rpm") && !matches!(quantity, Quantity::Gyro(_));
     (!is_engine).then_some(Meaning { quantity, unit, estimated })
@@ -262,6 +266,7 @@ mod tests {
             ("gps_valid", Q::FixType, None),
             ("baro_alt_m", Q::BaroHeight, Some("m")),
             ("pressure_hPa", Q::Pressure, Some("hpa")),
+            ("IMU_ATTI:barometer:Raw[meters]", Q::BaroHeight, Some("m")),
             ("pedal", Q::Stick(3), None),
             ("lat_1e7", Q::Latitude, Some("deg1e7")),
             ("Latitude (ddmm.mmmm)", Q::Latitude, Some("ddmm")),

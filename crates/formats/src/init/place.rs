@@ -1,6 +1,7 @@
 //! Columns and unit of latitude and longitude.
 
 use super::columns::Reader;
+use super::known::EARTH_CENTRED;
 use super::quantity::Quantity;
 use crate::text::PlaceUnit;
 
@@ -25,6 +26,10 @@ impl Reader<'_> {
     /// the second case, `checks` receives a sentence.
     pub(super) fn place(&self, checks: &mut Vec<String>) -> Option<Place> {
         let [mut lat, mut lon] = self.known.all([Quantity::Latitude, Quantity::Longitude])?;
+        if self.known.unit(lat) == Some(EARTH_CENTRED) {
+            let unit = PlaceUnit::EarthCentred;
+            return Some(Place { columns: [lat, lon], unit, letters: [None; 2] });
+        }
         let letters = [self.letters(lat, *b"NS"), self.letters(lon, *b"EW")];
         let (mut lat_most, mut lon_most) = (self.look.largest(lat), self.look.largest(lon));
         let is_swapped = (90.0..=360.0).contains(&lat_most) && lon_most <= 90.0;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::turn::name;
-use crate::text::{AttitudeRole, GpsColumns, HeightAbove, TableMapping};
+use crate::text::{AttitudeRole, GpsColumns, HeightAbove, TableMapping, TimeColumn};
 use hovernav::time::Time;
 use hovernav_dataset::Dataset;
 use hovernav_findings::SampleRates;
@@ -25,7 +25,8 @@ pub(crate) fn table(table: &TableMapping, unused: &[String], dataset: &Dataset) 
         0 => "no column names, columns by number".to_owned(),
         line => format!("names on line {line}"),
     };
-    let time = named([&table.time.date, &table.time.week, &table.time.column]);
+    let TimeColumn { date, week, column, nanoseconds, .. } = &table.time;
+    let time = named([date, week, column, nanoseconds]);
     line("time", &time, table.time.unit.name().to_owned());
     let held = |held: bool| if held { ", rows repeat the last value" } else { "" };
     if let Some(gyro) = &table.gyro {

@@ -28,6 +28,7 @@ impl Reader<'_> {
         let rate_hz = self.look.layout.rate_mhz.filter(|_| is_count).map(|rate| rate as f64 * 1e-3);
         let unit = match self.known.unit(column) {
             _ if rate_hz.is_some() => TimeUnit::Count,
+            _ if self.look.stamp == Some(column) => TimeUnit::Seconds,
             _ if self.look.are_clock[column] => TimeUnit::Clock,
             _ if self.is_hhmmss(column) => TimeUnit::HoursMinutesSeconds,
             _ if self.is_between(column, FILE_TIMES) => TimeUnit::FileTime,
@@ -53,6 +54,8 @@ impl Reader<'_> {
         };
         let date = self.date(column, unit, checks);
         let week = self.week(column, unit, checks);
+        let nanoseconds = self.look.stamp.filter(|stamp| *stamp == column);
+        let nanoseconds = nanoseconds.map_or_else(String::new, |stamp| self.name(stamp + 1));
         let name = self.name(column);
         let step_s = step * unit.seconds() / rate_hz.unwrap_or(1.0);
         let longest_s = if has_motion { 0.2 } else { 30.0 };
@@ -102,6 +105,7 @@ impl Reader<'_> {
         Some(TimeColumn {
             column: name,
             unit,
+            nanoseconds,
             scale: if week.is_some() || is_gps { TimeScale::Gps } else { TimeScale::Own },
             date: date.map_or_else(String::new, |column| self.name(column)),
             week: week.map_or_else(String::new, |column| self.name(column)),

@@ -168,11 +168,9 @@ pub(super) fn settle_speed(
         }
         return;
     };
-    let away = |candidate: &SpeedUnit| (candidate.factor() / unit.factor() / ratio).ln().abs();
-    let nearest = SPEED_UNITS.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)));
     let off = ratio.max(1.0 / ratio);
     let is_decisive = cosine >= DECISIVE_COSINE;
-    let fitting = nearest.filter(|nearest| is_decisive && away(nearest) < UNIT_TOLERANCE.ln());
+    let fitting = fitting(unit, Travel { ratio, cosine });
     match fitting {
         Some(fitting) if !stated.speed => {
             gps.speed_unit = fitting;
@@ -208,6 +206,13 @@ pub(super) fn settle_speed(
              heading instead of a course"
         ));
     }
+}
+
+/// The unit of a velocity that was read as `unit`, if the positions determine it.
+pub(super) fn fitting(unit: SpeedUnit, Travel { ratio, cosine }: Travel) -> Option<SpeedUnit> {
+    let away = |candidate: &SpeedUnit| (candidate.factor() / unit.factor() / ratio).ln().abs();
+    let nearest = SPEED_UNITS.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)))?;
+    (cosine >= DECISIVE_COSINE && away(&nearest) < UNIT_TOLERANCE.ln()).then_some(nearest)
 }
 
 /// The columns of the velocity over ground.

@@ -17,6 +17,9 @@ const TRIAL_FIXES: usize = 15;
 
 /// Smallest score of a trial at which the fixes contradict the axes.
 pub(super) const DISAGREES: f64 = 1.0;
+/// Factor by which the score of an unusual candidate must be smaller. Wrong axes also hide a part of a wrong unit, scale or
+/// clock.
+const CLEARLY: f64 = 3.0;
 
 /// The axes of each sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -106,7 +109,7 @@ pub(crate) fn found(dataset: &Dataset, is_of_phone: bool) -> Found {
     // must be clearly better.
     let usual = tried.first().filter(|([score, _], ..)| *score < DISAGREES);
     let Some(([score, height_score], turn, notes)) = usual.or_else(|| {
-        let handicap = |index: usize| if index == 0 { 0.7 } else { 1.0 };
+        let handicap = |index: usize| if index == 0 { 1.0 / CLEARLY } else { 1.0 };
         let scores = tried.iter().enumerate().map(|(index, one)| (one.0[0] * handicap(index), one));
         scores.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, best)| best)
     }) else {

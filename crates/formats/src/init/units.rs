@@ -273,8 +273,7 @@ pub(super) fn settle_by_filter(
     {
         checks.retain(|check| !check.starts_with(GYRO_UNSTATED));
     }
-    // Heights that fit as read need no other unit, and heights that only scatter have none: a smaller unit makes their
-    // innovations smaller in any case.
+    // Heights that fit as read need no other unit, and heights that only scatter have none.
     let climbs = travel::climbs(&dataset.fixes);
     let is_height_tried = !known.height && climbs && as_read.found.height_score >= turn::DISAGREES;
     let heights = if is_height_tried { &[1.0, foot][..] } else { &[1.0] };
@@ -294,18 +293,22 @@ pub(super) fn settle_by_filter(
     // The other units of the gyro, and those among them that fit about as well.
     let others: Vec<&Tried> = tried.iter().filter(|one| one.rate != rate).collect();
     let is_close = |one: &&&Tried| one.found.score <= DECISIVE * found.score;
-    let close: Vec<&Tried> = others.iter().filter(is_close).copied().collect();
+    let mut close: Vec<&Tried> = others.iter().filter(is_close).copied().collect();
+    // Each unit may have been tried with two units of the height.
+    close.sort_by(|a, b| a.rate.total_cmp(&b.rate).then(a.found.score.total_cmp(&b.found.score)));
+    close.dedup_by(|later, one| later.rate == one.rate);
+    close.sort_by(|a, b| a.found.score.total_cmp(&b.found.score));
     let name = |ratio: f64| {
         let rate = nearest(&rates, Rate::factor, factor * ratio, 1.01).or(as_read_in);
         rate.map_or_else(String::new, Rate::name)
     };
-    // Heights in feet that are read as metres would move by 3.28 times what the inertial samples measure. The heights as
-    // read are in metres if they fit, but would not fit at 3.28 times their size.
+    // Smaller heights have smaller innovations, unless the inertial samples measure the climbs. Then heights in metres
+    // would not fit as feet.
     let is_height_found = climbs
         && found.height_score < FITS
         && (height != 1.0 || {
-            let larger = Tried::with(dataset, is_of_phone, 1.0 / foot, rate);
-            larger.found.height_score > DECISIVE * found.height_score.max(1.0)
+            let smaller = Tried::with(dataset, is_of_phone, foot, rate);
+            smaller.found.height_score > DECISIVE * found.height_score
         });
     scale(dataset, height, rate);
     for table in &mut mapping.table {

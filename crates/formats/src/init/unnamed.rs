@@ -3,6 +3,7 @@
 use super::look::Look;
 use super::names::Meaning;
 use super::quantity::Quantity;
+use crate::text::HeightAbove;
 
 /// The meanings of the columns of `look`, as far as their values determine them, and the other columns that may be the
 /// gyro.
@@ -16,11 +17,19 @@ use super::quantity::Quantity;
 pub(crate) fn meanings(look: &Look) -> (Vec<Option<Meaning>>, Vec<[usize; 3]>) {
     let count = look.columns.len();
     let mut meanings = vec![None; count];
-    if let Some(first) = kitti(look) {
-        if first > 0 {
-            meanings[0] = Some(Meaning { quantity: Quantity::Time, unit: None, estimated: false });
+    let is_time_of_day = |column: usize| {
+        look.are_clock[column] && column.checked_sub(1).is_some_and(|date| look.are_dates[date])
+    };
+    let of_time = |column: usize| match look.are_dates[column] {
+        true => Quantity::Date,
+        false => Quantity::Time,
+    };
+    let known = kitti(look).map(|first| (first, KITTI)).or_else(|| ros(look));
+    if let Some((first, known)) = known {
+        for (column, meaning) in meanings.iter_mut().enumerate().take(first) {
+            *meaning = Some(Meaning { quantity: of_time(column), unit: None, estimated: false });
         }
-        for (column, quantity, unit) in KITTI {
+        for &(column, quantity, unit) in known {
             // Attitude, position and velocity are those of the inertial unit's own filter.
             let estimated = matches!(quantity, Quantity::Attitude(_));
             meanings[first + column] = Some(Meaning { quantity, unit: Some(unit), estimated });
@@ -44,6 +53,9 @@ pub(crate) fn meanings(look: &Look) -> (Vec<Option<Meaning>>, Vec<[usize; 3]>) {
     };
     let mut other_gyros = Vec::new();
     give(time, Quantity::Time);
+    if is_time_of_day(time) {
+        give(time - 1, Quantity::Date);
+    }
     let first = time + 1;
     let step = look.step(time);
     // Triples with the norm of gravity at a multiple of three columns after the time are preferred. Among these,
@@ -160,7 +172,7 @@ fn gyros(look: &Look, first: usize, accel: usize) -> Vec<usize> {
 /// # Source
 /// A. Geiger, P. Lenz, C. Stiller, R. Urtasun (2013), Vision meets robotics: the KITTI dataset, *International Journal
 /// of Robotics Research* 32 (11), and its file `dataformat.txt`.
-const KITTI: [(usize, Quantity, &str); 15] = [
+const KITTI: Columns = &[
     (0, Quantity::Latitude, "deg"),
     (1, Quantity::Longitude, "deg"),
     (2, Quantity::Height(None), "m"),
@@ -178,11 +190,59 @@ const KITTI: [(usize, Quantity, &str); 15] = [
     (19, Quantity::Gyro(2), "rad/s"),
 ];
 
-/// The first column of a row of the KITTI data set, which may be preceded by a time. The row has 30 values: the last
+/// Columns of a known layout, each with its unit.
+type Columns = &'static [(usize, Quantity, &'static str)];
+
+/// Columns of the messages that `ros2 topic echo --csv` writes, counted behind the seconds of the stamp, by the number of
+/// all columns: `Imu`, `NavSatFix`, `TwistStamped`, `MagneticField` and `FluidPressure`.
+///
+/// # Source
+/// The definitions of `sensor_msgs` and `geometry_msgs` of ROS 2.
+const ROS: [(usize, Columns); 5] = [
+    (
+        40,
+        &[
+            (15, Quantity::Gyro(0), "rad/s"),
+            (16, Quantity::Gyro(1), "rad/s"),
+            (17, Quantity::Gyro(2), "rad/s"),
+            (27, Quantity::Accel(0), "m/s2"),
+            (28, Quantity::Accel(1), "m/s2"),
+            (29, Quantity::Accel(2), "m/s2"),
+        ],
+    ),
+    (
+        18,
+        &[
+            (4, Quantity::Latitude, "deg"),
+            (5, Quantity::Longitude, "deg"),
+            (6, Quantity::Height(Some(HeightAbove::Ellipsoid)), "m"),
+        ],
+    ),
+    (
+        9,
+        &[
+            (2, Quantity::Twist(0), "m/s"),
+            (3, Quantity::Twist(1), "m/s"),
+            (4, Quantity::Twist(2), "m/s"),
+        ],
+    ),
+    (15, &[(2, Quantity::Mag(0), "t"), (3, Quantity::Mag(1), "t"), (4, Quantity::Mag(2), "t")]),
+    (5, &[(2, Quantity::Pressure, "pa")]),
+];
+
+/// The columns of a message of ROS 2, in a file that begins with a stamp and the name of a frame, behind the first one.
+fn ros(look: &Look) -> Option<(usize, Columns)> {
+    let is_frame =
+        look.stamp == Some(0) && look.columns.len() > 2 && look.known(2).next().is_none();
+    let (_, columns) = ROS.iter().find(|(count, _)| is_frame && *count == look.columns.len())?;
+    Some((1, columns))
+}
+
+/// The first column of a row of the KITTI data set, which may be preceded by a time and its date. The row has 30 values: the last
 /// five are whole numbers, and two triples have the size of gravity.
 fn kitti(look: &Look) -> Option<usize> {
     const COLUMNS: usize = 30;
-    let first = look.columns.len().checked_sub(COLUMNS).filter(|first| *first <= 1)?;
+    let first = look.columns.len().checked_sub(COLUMNS).filter(|first| *first <= 2)?;
     let is_gravity = |at: usize| {
         let at = first + at;
         (8.5..11.0).contains(&look.median_norm([at, at + 1, at + 2]))

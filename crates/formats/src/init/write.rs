@@ -156,6 +156,9 @@ impl Lines {
         if !table.time.date.is_empty() {
             self.key("date", quoted(&table.time.date));
         }
+        if !table.time.nanoseconds.is_empty() {
+            self.key("nanoseconds", quoted(&table.time.nanoseconds));
+        }
         if !table.time.week.is_empty() {
             self.key("week", quoted(&table.time.week));
         }

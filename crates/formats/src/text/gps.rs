@@ -2,7 +2,9 @@
 
 use super::columns::{Fields, Source};
 use super::mapping::GpsColumns;
-use super::units::HeightAbove;
+use super::units::{HeightAbove, PlaceUnit};
+use hovernav::earth::Geodetic;
+use hovernav::frames::Vector;
 use hovernav::time::Time;
 use hovernav_dataset::{Dimensions, LogError, StatedFix, is_unknown, is_unknown_velocity};
 
@@ -118,6 +120,9 @@ impl GpsPlaces {
                 [latitude_deg, longitude_deg, height_m],
             )
         };
+        if mapping.unit == PlaceUnit::EarthCentred {
+            return Ok(Some(from_earth_centred(stated, mapping.height_unit.factor())));
+        }
         Ok(Some(match mapping.north.is_empty() && !mapping.speed.is_empty() {
             true => stated.moving(first * to_mps, second * mapping.course_unit.factor()),
             false => stated,
@@ -158,6 +163,22 @@ impl GpsPlaces {
             }
         }
         Ok(Some(signed))
+    }
+}
+
+/// The fix whose position and velocity are along Earth-centred axes. Its x and y are in units of `to_m`, z is in m.
+fn from_earth_centred(stated: StatedFix, to_m: f64) -> StatedFix {
+    let [x, y, z] = stated.position;
+    let Some(place) = Geodetic::from_ecef(Vector::new(x * to_m, y * to_m, z)) else {
+        return StatedFix { position: [f64::NAN; 3], ..stated };
+    };
+    let [latitude_deg, longitude_deg] =
+        [place.latitude_rad, place.longitude_rad].map(f64::to_degrees);
+    let velocity = place.ecef_to_ned() * Vector::from(stated.velocity_mps);
+    StatedFix {
+        position: [latitude_deg, longitude_deg, place.height_m],
+        velocity_mps: velocity.to_array(),
+        ..stated
     }
 }
 

@@ -89,6 +89,9 @@ pub struct TimeColumn {
     /// `rate_hz` samples per second. `clock`: dates and times of day. `hhmmss`: times of day as one number, as in NMEA
     /// 0183.
     pub unit: TimeUnit,
+    /// Column of the nanoseconds after the second in `column`, as in the stamps of ROS.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub nanoseconds: String,
     /// Column of the date that belongs to the time of day, as ddmmyy, yyyymmdd, 2025-07-08, 2025/07/08 or 08.07.2025.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub date: String,
@@ -156,7 +159,9 @@ pub struct GpsColumns {
     pub latitude: String,
     /// Column of the longitude, east positive.
     pub longitude: String,
-    /// Unit of latitude and longitude. `ddmm`: degrees and minutes as in NMEA 0183 (4807.038 is 48° 7.038′).
+    /// Unit of latitude and longitude. `ddmm`: degrees and minutes as in NMEA 0183 (4807.038 is 48° 7.038′). `ecef`:
+    /// latitude, longitude and height are x, y and z from the Earth's centre, in `height_unit`; north, east and down are
+    /// velocities along them.
     pub unit: PlaceUnit,
     /// Column of the letters N and S, if the latitude has no sign.
     #[serde(skip_serializing_if = "String::is_empty")]

@@ -23,6 +23,7 @@ const GREATEST_HEIGHT_M: f64 = 1e5;
 pub(crate) struct TableColumns {
     mapping: TableMapping,
     time: Option<usize>,
+    nanoseconds: Option<usize>,
     date: Option<usize>,
     week: Option<usize>,
     gyro: Option<[usize; 3]>,
@@ -73,6 +74,7 @@ impl TableColumns {
         });
         let columns = Self {
             time: source.find_optional(&table.time.column)?,
+            nanoseconds: source.find_optional(&table.time.nanoseconds)?,
             date: source.find_optional(&table.time.date)?,
             week: source.find_optional(&table.time.week)?,
             gyro: table.gyro.as_ref().map(|t| source.find_triad(t)).transpose()?,
@@ -132,6 +134,11 @@ impl TableColumns {
     pub fn time(&self, fields: &Fields<'_>) -> Result<Option<Time>, LogError> {
         let mapping = &self.mapping.time;
         let Some(mut time) = fields.time(self.time, mapping)? else { return Ok(None) };
+        if let Some(column) = self.nanoseconds {
+            let fraction = fields.known(Some(column))?.filter(|ns| (0.0..1e9).contains(ns));
+            let Some(fraction) = fraction else { return Ok(None) };
+            time = later(time, fraction as i64);
+        }
         if let Some(column) = self.date {
             let Some(midnight) = fields.midnight(column)? else { return Ok(None) };
             time = later(time, midnight.nanoseconds());

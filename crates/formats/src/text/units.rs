@@ -118,6 +118,8 @@ units! {
         ScaledDegrees = "deg1e7", 1e-7;
         /// Degrees and minutes in one number, ddmm.mmmm, as in NMEA 0183; the factor is for whole degrees.
         DegreesMinutes = "ddmm", 1e-2;
+        /// Earth-centred x and y instead of latitude and longitude.
+        EarthCentred = "ecef", 1.0;
     }
 }
 

@@ -16,6 +16,7 @@ mod logs;
 mod mapped;
 mod mapping;
 mod mapping_cells;
+mod mapping_layouts;
 mod mapping_physics;
 mod mapping_rates;
 mod mapping_receivers;
