@@ -18,7 +18,7 @@ use fixtures::Hover;
 
 fn kernels<T: Scalar, L: Layout<N>, const N: usize>(c: &mut Criterion, hover: &Hover, name: &str) {
     let step = fixtures::transition::<T, N>();
-    let start = fixtures::covariance::<T, L, N>();
+    let start = fixtures::covariance::<T, N>();
     let mut p = start;
     c.bench_function(&format!("predict {name}"), |b| {
         b.iter(|| {

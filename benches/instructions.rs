@@ -41,12 +41,12 @@ mod counted {
     type Update<T, const N: usize> = Box<(Covariance<T, N>, [Sensitivity<T>; 3])>;
     type Flight<L, const N: usize, T> = Box<(Ekf<L, N, T>, Fix, Vec<ImuSample>)>;
 
-    fn propagation<T: Scalar, L: Layout<N>, const N: usize>() -> Propagation<T, N> {
-        Box::new((fixtures::covariance::<T, L, N>(), fixtures::transition()))
+    fn propagation<T: Scalar, const N: usize>() -> Propagation<T, N> {
+        Box::new((fixtures::covariance::<T, N>(), fixtures::transition()))
     }
 
-    fn update<T: Scalar, L: Layout<N>, const N: usize>() -> Update<T, N> {
-        Box::new((fixtures::covariance::<T, L, N>(), fixtures::arms()))
+    fn update<T: Scalar, const N: usize>() -> Update<T, N> {
+        Box::new((fixtures::covariance::<T, N>(), fixtures::arms()))
     }
 
     fn flight<L: Layout<N>, const N: usize, T: Scalar>() -> Flight<L, N, T> {
@@ -57,7 +57,7 @@ mod counted {
     macro_rules! layout {
         ($T:ty, $L:ty, $N:literal, $predict:ident, $update:ident, $imu:ident, $gps:ident) => {
             #[library_benchmark]
-            #[bench::step(propagation::<$T, $L, $N>())]
+            #[bench::step(propagation::<$T, $N>())]
             fn $predict(mut case: Propagation<$T, $N>) -> Propagation<$T, $N> {
                 let (p, step) = &mut *case;
                 black_box(p).propagate(black_box(step));
@@ -65,7 +65,7 @@ mod counted {
             }
 
             #[library_benchmark]
-            #[bench::three_axes(update::<$T, $L, $N>())]
+            #[bench::three_axes(update::<$T, $N>())]
             fn $update(mut case: Update<$T, $N>) -> Update<$T, $N> {
                 let (p, arms) = &mut *case;
                 fixtures::update::<$T, $L, $N>(black_box(p), black_box(arms));

@@ -76,7 +76,7 @@ impl Work {
         let (model, heading) = (AntennaHeadingModel::default(), antenna_heading(time));
         let mut notch = Notch::new(NotchConfig::at_hz(26.6).with_harmonics(2));
         (0..100).for_each(|cycle| _ = notch.filter(&flight.sample(900 + cycle)));
-        let (p, step, arms) = (covariance::<L, N>(), transition(), arms());
+        let (p, step, arms) = (covariance::<N>(), transition(), arms());
         let mut copy: Box<Ekf<L, N>> = Box::new(filter.clone());
         for _ in 0..times {
             (*copy).clone_from(&filter);

@@ -65,7 +65,7 @@ pub fn arms() -> [Sensitivity<f64>; 3] {
 }
 
 /// A covariance after a hundred steps.
-pub fn covariance<L: Layout<N>, const N: usize>() -> Covariance<f64, N> {
+pub fn covariance<const N: usize>() -> Covariance<f64, N> {
     let mut p = Covariance::zero();
     for state in 0..N {
         p.set_variance(state, 0.01);
@@ -147,7 +147,7 @@ fn time<L: Layout<N>, const N: usize>(
     }
 
     let (mut propagation, mut axes) = (Times::with_capacity(cycles), Times::with_capacity(cycles));
-    let (start, transition, arms) = (covariance::<L, N>(), transition(), arms());
+    let (start, transition, arms) = (covariance::<N>(), transition(), arms());
     for _ in 0..cycles.min(100_000) {
         pace.rest();
         let mut p = start;
