@@ -33,7 +33,8 @@ impl FrequencyDomain {
     ///
     /// The fit uses the responses alone. Up to 4 Hz a servo lag is equivalent to a delay. Servo lags are therefore
     /// fixed unless the flight excites much higher frequencies. Parameters that are not identifiable from the responses
-    /// are fixed in groups, and the fit is repeated after each group.
+    /// are fixed in groups, and the fit is repeated after each group. The bounds of the others include the time-domain
+    /// bounds of all fixed parameters.
     ///
     /// # Errors
     /// [`FrequencyError`] where no stick moved independently, or no output responds coherently to a stick.

@@ -268,11 +268,12 @@ impl Measured {
                 untold.push(structure.parameters[parameter].name.clone());
             }
         };
+        let bounds = self.bounds(identified, &measured, &values, &free, fit.unit)?;
         let settings = self.settings(structure, &[]);
         let costs =
             response_costs(&measured, &start, &settings, |theta, radps| model.at(theta, radps))?;
         let (mut places, mut parameters) = (Vec::new(), Vec::new());
-        for (&one, (&value, &bound)) in free.iter().zip(fit.parameters.iter().zip(&fit.bounds)) {
+        for (&one, (&value, &bound)) in free.iter().zip(fit.parameters.iter().zip(&bounds)) {
             let estimate = &identified.estimates.list[one];
             let prior = structure.parameters[one].prior;
             if prior.is_some_and(|(_, sigma)| bound > PRIOR * sigma) {
@@ -293,6 +294,40 @@ impl Measured {
             converged: fit.converged,
             modelled,
         })
+    }
+}
+
+impl Measured {
+    /// Bounds of the parameters `free` at the fitted `values`. A parameter that the fit has fixed is known from the time
+    /// domain alone, with its bound there. This bound widens those of the parameters that can replace it.
+    fn bounds(
+        &self,
+        identified: &Identified,
+        measured: &FrequencyResponse,
+        values: &[f64],
+        free: &[usize],
+        unit: f64,
+    ) -> Result<Vec<f64>, FrequencyError> {
+        let structure = &identified.structure;
+        let fixed = identified.free_parameters().filter(|own| !free.contains(own));
+        let all: Vec<usize> = free.iter().copied().chain(fixed).collect();
+        let known = all.iter().enumerate().filter_map(|(place, &one)| {
+            let time = (values[one], identified.estimates.list[one].bound);
+            let is_fixed = place >= free.len();
+            let (value, sigma) = if is_fixed { time } else { structure.parameters[one].prior? };
+            (sigma > 0.0).then_some((place, value, sigma / unit))
+        });
+        let settings = ResponseFitSettings {
+            known: known.collect(),
+            iterations: 1,
+            ..self.settings(structure, &all)
+        };
+        let model = Responder::new(identified, measured, self.period_s);
+        let own: Vec<f64> = all.iter().map(|&one| values[one]).collect();
+        let fit = fit_response(measured, &own, &settings, |theta, radps| {
+            model.at(&with(values, &all, theta), radps)
+        })?;
+        Ok(fit.bounds)
     }
 }
 
