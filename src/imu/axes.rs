@@ -16,7 +16,7 @@ impl ImuAxes {
     /// Whether any sensor is selected.
     #[must_use]
     pub const fn any(&self) -> bool {
-        any(self.gyro) || any(self.accel)
+        any(self.gyro) | any(self.accel)
     }
 }
 

@@ -66,12 +66,12 @@ impl<T: Scalar> Suspicion<T> {
     /// Whether the fault hides part of the motion: a gyro at full scale, or a stuck axis.
     #[must_use]
     pub(crate) fn hides_motion(&self) -> bool {
-        self.stuck.any() || any(self.clipped.gyro)
+        self.stuck.any() | any(self.clipped.gyro)
     }
 
     /// Whether the sample is suspect: a sensor at full scale, a stuck axis, or a vibration far beyond the usual.
     pub(crate) fn is_suspect(&self) -> bool {
-        self.clipped.any() || self.stuck.any() || self.shaken
+        self.clipped.any() | self.stuck.any() | self.shaken
     }
 }
 

@@ -270,7 +270,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.sum_up(increment, &advance, trace);
         self.history.push(time, increment, &advance);
         let suspicion = &self.samples.suspicion;
-        let whole = !(suspicion.clipped.any() || suspicion.stuck.any());
+        let whole = !(suspicion.clipped.any() | suspicion.stuck.any());
         self.samples.self_contradiction.add(advance.from_specific_force_mps, whole);
         Some(advance.frame_rotation_rad * (T::ONE / increment.interval_s))
     }

@@ -327,8 +327,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let own = square(T::of(imu.turn_error_share)) * T::of(imu.turn_error_time_s);
         let across = T::of(square(ACROSS)) * own;
         // The product of rates from two different samples, so that vibration does not count as turning.
-        let (turn, rate) = (rotation_rad.to_array(), self.memory.angular_rate_radps.to_array());
-        let [x, y, z] = core::array::from_fn(|axis| (turn[axis] * rate[axis]).max(T::ZERO));
+        let [x, y, z] = rotation_rad.to_array();
+        let [rate_x, rate_y, rate_z] = self.memory.angular_rate_radps.to_array();
+        let [x, y, z] = [x * rate_x, y * rate_y, z * rate_z].map(|turned| turned.max(T::ZERO));
         let turning =
             [own * x + across * (y + z), own * y + across * (z + x), own * z + across * (x + y)];
         let share = square(T::of(imu.net_turn_error_share));
@@ -347,7 +348,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let &MotionSum { interval_s, body_to_ned_rows: ref c, force_mps, .. } = motion;
         let mut transition = Transition {
             interval_s,
-            turn: c.map(|row| row.map(|cosine| cosine * interval_s)),
+            turn: c.map(|[x, y, z]| [x * interval_s, y * interval_s, z * interval_s]),
             force: force_mps.to_array(),
             attitude_noise: turned(c, motion.angle_variance),
             velocity_noise: turned(c, motion.velocity_variance),

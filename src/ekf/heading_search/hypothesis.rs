@@ -93,8 +93,8 @@ pub(super) struct Hypothesis {
     /// Attitude: rotation to NED from the body axes at the time when the bank of hypotheses started.
     pub start_to_ned: Rotation<Body, Ned, f32>,
     velocity_mps: Vector<Ned, f32>,
-    pub bias_radps: Vector<Body, f32>,
-    pub covariance: Block,
+    bias_radps: Vector<Body, f32>,
+    covariance: Block,
 }
 
 impl Hypothesis {
@@ -134,6 +134,16 @@ impl Hypothesis {
     pub fn attitude_variances(&self) -> [f32; 3] {
         let [_, _, _, north, east, down, ..] = self.variances();
         [north, east, down]
+    }
+
+    /// Gyro bias, rad/s.
+    pub fn bias_radps(&self) -> Vector<Body, f32> {
+        self.bias_radps
+    }
+
+    /// Covariance of velocity, attitude and gyro bias.
+    pub fn covariance(&self) -> &Block {
+        &self.covariance
     }
 
     fn variances(&self) -> Row {

@@ -15,6 +15,7 @@
 //! Riseborough's EKF-GSF in PX4.
 
 mod hypothesis;
+mod judgement;
 mod method;
 mod monitor;
 mod motion;
@@ -35,6 +36,7 @@ use crate::time::Time;
 use hypothesis::{
     HYPOTHESES, HYPOTHESIS_SIGMA_RAD, Hypothesis, Measured, MeasuredMotion, Prior, Surprise, at,
 };
+use judgement::Judgement;
 
 /// One-sigmas at the start of a monitor: of the tilt, rad (4°), and of the gyro bias, rad/s. The latter is zero: a
 /// monitor uses the bias of the filter.
@@ -59,8 +61,7 @@ const LONGEST_S: f64 = 5.0;
 /// Minimum speed, m/s, at which agreement alone proves a heading, for fixes one second apart. The limit grows with the
 /// square root of the time between fixes. Slow fixes miss part of the motion of a vehicle carried or turned by hand.
 const PROVEN_MPS: f64 = 5.0;
-/// Time, s, for which the hypotheses must agree to prove the heading of a slower vehicle, or the fixes disagree with a
-/// heading that is replaced.
+/// Time of agreement that proves the heading of a slower vehicle, s.
 const PROVEN_S: f64 = 5.0;
 /// Minimum information from motion, as a fraction of the information on an agreed heading. The one-sigma with which a
 /// hypothesis starts corresponds to a fraction of 0.29.
@@ -109,10 +110,7 @@ pub struct HeadingSearch<T = f64> {
     agreed_since: Option<Time>,
     /// Information of recent fixes on the heading, rad⁻².
     evidence: f32,
-    /// Start of the present disagreement of the fixes with the filter's heading.
-    wrong_since: Option<Time>,
-    /// Whether the hypotheses agree with the filter's heading, and recent motion was enough to show it.
-    is_confirmed: bool,
+    judgement: Judgement,
 }
 
 /// Error model, antenna and gyro bias for a fix, as the filter assumes them.
@@ -177,8 +175,7 @@ impl<T: Scalar> HeadingSearch<T> {
             is_fast: false,
             agreed_since: None,
             evidence: 0.0,
-            wrong_since: None,
-            is_confirmed: false,
+            judgement: Judgement::NONE,
         }
     }
 
@@ -203,7 +200,7 @@ impl<T: Scalar> HeadingSearch<T> {
         self.is_fast = false;
         self.agreed_since = None;
         self.evidence = 0.0;
-        (self.wrong_since, self.is_confirmed) = (None, false);
+        self.judgement = Judgement::NONE;
     }
 
     /// Starts again after samples that hid the motion: a monitor stays a monitor, and a search goes on about
@@ -429,7 +426,7 @@ impl<T: Scalar> HeadingSearch<T> {
         let Prior { bias_sigma_radps, .. } = self.prior;
         self.prior = Prior { bias_sigma_radps, ..PRIOR };
         (self.agreed_since, self.evidence) = (None, 0.0);
-        (self.wrong_since, self.is_confirmed) = (None, false);
+        self.judgement.forget();
     }
 
     /// Changes the weights of the hypotheses. `surprises` are minus twice the logarithms of their likelihoods.

@@ -1,6 +1,6 @@
 //! Monitor of a known heading against the fixes.
 
-use super::{AGREED_RAD, DOWN, HeadingSearch, PROVEN_S, turn_between};
+use super::{AGREED_RAD, DOWN, HeadingSearch, turn_between};
 use crate::frames::{Body, Ned, Rotation, wrap_angle};
 use crate::scalar::Scalar;
 use crate::time::Time;
@@ -28,7 +28,7 @@ pub struct BetterHeading {
 impl<T: Scalar> HeadingSearch<T> {
     /// Whether recent motion confirmed the last judged heading.
     pub(in crate::ekf) fn is_confirmed(&self) -> bool {
-        self.is_confirmed
+        self.judgement.is_confirmed
     }
 
     /// Turn from an attitude's heading to that of the hypotheses; `None` while the hypotheses disagree.
@@ -55,10 +55,9 @@ impl<T: Scalar> HeadingSearch<T> {
         };
         let off = self.off(body_to_ned);
         let suspect = off.filter(is_suspect);
-        self.is_confirmed = off.is_some() && suspect.is_none() && self.has_evidence(1.0);
-        let since = suspect.map(|_| self.wrong_since.unwrap_or(time));
-        let lasts = since.is_some_and(|since| time - since >= PROVEN_S);
-        self.wrong_since = since.filter(|_| !lasts);
+        let is_confirmed = off.is_some() && suspect.is_none() && self.has_evidence(1.0);
+        self.judgement.is_confirmed = is_confirmed;
+        let lasts = self.judgement.lasts(time, suspect.is_some());
         suspect.filter(|_| lasts)
     }
 }

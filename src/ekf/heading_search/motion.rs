@@ -40,13 +40,13 @@ impl<T: Scalar> HeadingSearch<T> {
     fn motion_of(&mut self, hypothesis: &Hypothesis) -> Option<HypothesisMotion<T>> {
         let (time, _) = self.last_fix?;
         let (velocity_mps, bias_radps) =
-            (hypothesis.velocity_after(&self.since_fix), hypothesis.bias_radps);
+            (hypothesis.velocity_after(&self.since_fix), hypothesis.bias_radps());
         let [.., down] = hypothesis.start_to_ned.rows();
         let mut covariance = [[0.0; STATES]; STATES];
         let weights: f64 = self.hypotheses.iter().map(|other| other.weight).sum();
         for other in &mut self.hypotheses {
             let share = (other.weight / weights) as f32;
-            for (row, line) in covariance.iter_mut().zip(&other.covariance) {
+            for (row, line) in covariance.iter_mut().zip(other.covariance()) {
                 for (sum, value) in row.iter_mut().zip(line) {
                     *sum += share * value;
                 }
@@ -54,7 +54,7 @@ impl<T: Scalar> HeadingSearch<T> {
             let apart = (other.velocity_after(&self.since_fix) - velocity_mps).to_array();
             let [.., own_down] = other.start_to_ned.rows();
             let tilt = own_down.into_iter().zip(down).map(|(a, b)| square(a - b)).sum::<f32>();
-            let drift = (other.bias_radps - bias_radps).to_array();
+            let drift = (other.bias_radps() - bias_radps).to_array();
             let spread = [apart.map(square), [tilt; 3], drift.map(square)];
             let spread = spread.as_flattened().iter().enumerate();
             for (row, (state, variance)) in covariance.iter_mut().zip(spread) {

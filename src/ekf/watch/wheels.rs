@@ -176,8 +176,12 @@ impl Seen {
 
 impl WheelWatch {
     /// State before the first observation, for a vehicle of the declared `kind`.
-    pub fn of(kind: Option<VehicleKind>) -> Self {
-        Self::declared(kind.map(|kind| kind == VehicleKind::Wheeled))
+    // Both cases apart, so that each is a constant and no value is built on the stack.
+    pub const fn of(kind: Option<VehicleKind>) -> Self {
+        match kind {
+            Some(kind) => Self::declared(Some(matches!(kind, VehicleKind::Wheeled))),
+            None => Self::declared(None),
+        }
     }
 
     const fn declared(declared: Option<bool>) -> Self {
