@@ -93,7 +93,7 @@ pub fn lamps(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Vec<Lamp> {
 
     if let Some((is_armed, why)) = arming(&value, status, known) {
         light("arming", true, or(is_armed, Light::Care), why.into());
-    } else if silence.is_some() {
+    } else if silence.is_some() || !is_heard {
         light("arming", false, Light::Unknown, String::new());
     }
     let why = either(status.imu, "samples arrive", "no valid samples");

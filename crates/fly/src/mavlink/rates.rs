@@ -72,7 +72,7 @@ impl Mavlink {
         let rate_hz = match interval_us {
             0.0 => configured_hz,
             -1.0 => 0.0,
-            _ if interval_us > 0.0 => 1e6 / f64::from(interval_us),
+            _ if interval_us > 0.0 && interval_us.is_finite() => 1e6 / f64::from(interval_us),
             _ => f64::NAN,
         };
         // A request in whole microseconds may round up.

@@ -138,6 +138,7 @@ fn an_interval_is_set_where_the_line_has_room_and_reported_as_it_is() {
         (30.0, 100_000.0, (MAV_RESULT_ACCEPTED, 100_000)),
         (30.0, 10_000.0, (MAV_RESULT_DENIED, 100_000)),
         (30.0, f32::NAN, (MAV_RESULT_DENIED, 100_000)),
+        (30.0, f32::INFINITY, (MAV_RESULT_DENIED, 100_000)),
         (30.0, -7.0, (MAV_RESULT_DENIED, 100_000)),
         (30.0, 0.0, (MAV_RESULT_ACCEPTED, 30_303)),
         (30.0, -1.0, (MAV_RESULT_ACCEPTED, -1)),
