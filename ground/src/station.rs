@@ -135,18 +135,24 @@ impl Station {
     pub fn receive(&mut self, bytes: &[u8], arrival_s: f64) {
         let mut arrived = Vec::new();
         self.decoder.receive(bytes, arrival_s, |what| arrived.push(what));
-        if !arrived.is_empty() {
+        // Among the vehicle's own frames, only snapshots show its present state.
+        let has_frames = self.decoder.protocol() == Some(Protocol::Frames);
+        let is_present = |what: &Arrived| match what {
+            Arrived::Values(_, values) => values.iter().any(|(id, _)| *id == Id::Status),
+            Arrived::Text(..) => false,
+        };
+        if arrived.iter().any(|what| !has_frames || is_present(what)) {
             if let Some(last_s) = self.last_frame_s {
                 let since_s = (arrival_s - last_s).clamp(0.0, LONGEST_PERIOD_S);
                 let period_s = self.period_s.get_or_insert(since_s);
                 *period_s += SHARE * (since_s - *period_s);
             }
             self.last_frame_s = Some(arrival_s);
-        }
-        for what in arrived {
             if std::mem::take(&mut self.silent) {
                 self.note(arrival_s, TextLevel::Info, "link: frames arrive");
             }
+        }
+        for what in arrived {
             match what {
                 Arrived::Values(vehicle_s, values) => self.values(vehicle_s, &values, arrival_s),
                 Arrived::Text(level, text) => self.note(arrival_s, level, &text),

@@ -1,7 +1,8 @@
 //! A cut link, or a source that stops: the past is never shown as the present.
 
 use crate::common::sender::Sender;
-use crate::common::{Client, cycle, serve};
+use crate::common::{Client, cycle, serve, supplement};
+use hovernav::telemetry::frame;
 use hovernav_ground::channel::Id;
 use hovernav_ground::frames::Rigging;
 use hovernav_ground::lamps::{Lamp, Light, control, lamps};
@@ -65,6 +66,22 @@ fn a_link_cut_at_any_moment_leaves_no_value_and_no_lamp_that_looks_alive() {
         }
         number += (33.0 * length_s) as u32;
     }
+}
+
+/// A relay that drops the longer frames passes supplements only.
+#[test]
+fn supplements_without_snapshots_are_no_telemetry() {
+    let mut station = station();
+    let seconds = |number: u32| 1e9 + f64::from(number) / 33.0;
+    (0..100).for_each(|number| station.receive(&cycle(number), seconds(number)));
+    for number in 100..200 {
+        let alone = frame::pack_supplement(&supplement(f64::from(number) / 33.0), number as u8);
+        station.receive(&alone, seconds(number));
+        station.tick(seconds(number));
+    }
+    assert_eq!(station.silence(seconds(199)).as_deref(), Some("no telemetry for 3 s"));
+    let (lines, _) = station.store.texts_from(0);
+    assert_eq!(lines.filter(|line| line.text.contains("no frame for")).count(), 1);
 }
 
 #[test]
