@@ -33,9 +33,6 @@ impl Rigging {
     }
 }
 
-/// Age, s, after which the values of a fix are no present values: three periods of a slow receiver.
-pub const OLD_FIX_S: f64 = 3.0;
-
 /// Channel values as sent; `None` if unknown.
 pub type Values = Vec<(Id, Option<f64>)>;
 
@@ -106,10 +103,7 @@ pub fn of_snapshot(snapshot: &Snapshot, rigging: &Rigging) -> Values {
     let position = snapshot.position;
     let count = |count: u32| Some(f64::from(count));
     let milliseconds = |seconds: Option<f64>| seconds.map(|seconds| 1e3 * seconds);
-    let is_fresh = gps.age_s.is_none_or(|age_s| age_s <= OLD_FIX_S);
-    let gps_velocity = gps.horizontal_velocity_mps.filter(|_| is_fresh);
-    let gps_place = gps.latitude_longitude_deg.filter(|_| is_fresh);
-    let fresh = |value: Option<f64>| value.filter(|_| is_fresh);
+    let gps_velocity = gps.horizontal_velocity_mps;
     values.extend([
         (Roll, angles.map(|angles| angles.roll_rad.to_degrees())),
         (Pitch, angles.map(|angles| angles.pitch_rad.to_degrees())),
@@ -124,18 +118,18 @@ pub fn of_snapshot(snapshot: &Snapshot, rigging: &Rigging) -> Values {
         (SigmaVelVertical, sigmas.vertical_velocity_mps),
         (SigmaTilt, sigmas.tilt_rad.map(f64::to_degrees)),
         (SigmaHeading, sigmas.heading_rad.map(f64::to_degrees)),
-        (GpsLatitude, gps_place.map(|[latitude_deg, _]| latitude_deg)),
-        (GpsLongitude, gps_place.map(|[_, longitude_deg]| longitude_deg)),
-        (GpsHeight, fresh(gps.height_m)),
-        (GpsAltitude, fresh(gps.altitude_msl_m)),
+        (GpsLatitude, gps.latitude_longitude_deg.map(|[latitude_deg, _]| latitude_deg)),
+        (GpsLongitude, gps.latitude_longitude_deg.map(|[_, longitude_deg]| longitude_deg)),
+        (GpsHeight, gps.height_m),
+        (GpsAltitude, gps.altitude_msl_m),
         (GpsVelE, gps_velocity.map(|[_, east_mps]| east_mps)),
         (GpsVelN, gps_velocity.map(|[north_mps, _]| north_mps)),
-        (GpsVelU, fresh(gps.down_velocity_mps).map(|down_mps| -down_mps)),
-        (GpsFix, fresh(Some(f64::from(gps.fix.code())))),
-        (Satellites, fresh(gps.satellites.map(f64::from))),
+        (GpsVelU, gps.down_velocity_mps.map(|down_mps| -down_mps)),
+        (GpsFix, Some(f64::from(gps.fix.code()))),
+        (Satellites, gps.satellites.map(f64::from)),
         (GpsAge, gps.age_s),
-        (Hdop, fresh(gps.hdop)),
-        (Vdop, fresh(gps.vdop)),
+        (Hdop, gps.hdop),
+        (Vdop, gps.vdop),
         (InnovationPosition, innovations.position),
         (InnovationVelocity, innovations.velocity),
         (InnovationAttitude, innovations.attitude),

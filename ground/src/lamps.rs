@@ -5,7 +5,6 @@ use hovernav::telemetry::{ControlFlags, StatusFlags, SystemMode};
 use serde::Serialize;
 
 use crate::channel::{CHANNELS, Id};
-use crate::frames::OLD_FIX_S;
 use crate::mavlink::modes;
 
 /// The state of a lamp.
@@ -73,6 +72,8 @@ fn statuses(value: &impl Fn(Id) -> f64) -> (StatusFlags, StatusFlags) {
     (StatusFlags::from_bits(all), StatusFlags::from_bits(all_known))
 }
 
+/// Age, s, after which the values of a fix are no present values: three periods of a slow receiver.
+pub const OLD_FIX_S: f64 = 3.0;
 /// Largest age of a fix that a frame holds, s, less its rounding.
 const OLDEST_S: f64 = 25.0;
 
@@ -109,7 +110,8 @@ pub fn lamps(value: impl Fn(Id) -> f64, silence: Option<&str>) -> Vec<Lamp> {
         _ => format!("{kind}, {satellites}, {age_s:.1} s old"),
     };
     let is_good = if known.gps { status.gps } else { fix >= 3.0 };
-    light("GPS", known.gps || !fix.is_nan(), or(is_good, Light::Bad), why);
+    let is_known = known.gps || !(fix.is_nan() && age_s.is_nan());
+    light("GPS", is_known, or(is_good, Light::Bad), why);
 
     let mut estimate = |name, known, good, id: Id, otherwise| {
         let (limit, unit) = (CHANNELS[id as usize].alarm.1, CHANNELS[id as usize].unit);

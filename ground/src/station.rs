@@ -8,6 +8,7 @@ use crate::channel::{CHANNELS, Id};
 use crate::clock::VehicleClock;
 use crate::decode::{Arrived, Counts, Decoder, Protocol};
 use crate::frames::Rigging;
+use crate::lamps::OLD_FIX_S;
 use crate::record::{RecordError, Recorder, Recording};
 use crate::series::{SILENT_MARGIN_S, SILENT_PERIODS};
 use crate::store::{Batch, Marker, Store, TextLevel, TextLine};
@@ -102,6 +103,21 @@ pub struct Station {
     before: (f64, Counts),
 }
 
+/// Channels of a fix, which an old fix leaves unknown.
+const OF_FIX: [Id; 11] = [
+    Id::GpsLatitude,
+    Id::GpsLongitude,
+    Id::GpsHeight,
+    Id::GpsAltitude,
+    Id::GpsVelE,
+    Id::GpsVelN,
+    Id::GpsVelU,
+    Id::GpsFix,
+    Id::Satellites,
+    Id::Hdop,
+    Id::Vdop,
+];
+
 impl Station {
     /// A station for a vehicle with this rigging, on a link called `link`.
     #[must_use]
@@ -174,8 +190,12 @@ impl Station {
             }
             None => arrival_s - self.behind_s,
         };
-        let plausible =
-            |&(id, value): &(Id, Option<f64>)| (id, CHANNELS[id as usize].plausible(value));
+        let age_s = values.iter().find(|(id, _)| *id == Id::GpsAge).and_then(|(_, age_s)| *age_s);
+        let is_old = age_s.is_some_and(|age_s| age_s > OLD_FIX_S);
+        let plausible = |&(id, value): &(Id, Option<f64>)| {
+            let present = value.filter(|_| !(is_old && OF_FIX.contains(&id)));
+            (id, CHANNELS[id as usize].plausible(present))
+        };
         let batch = Batch { time_s, values: values.iter().map(plausible).collect() };
         self.store.push(&batch);
         self.test_points.observe(&batch);

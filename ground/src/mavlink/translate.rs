@@ -13,7 +13,7 @@ use mavlink::dialects::common::{
 use super::clocks::Clocks;
 use super::ekf_status::EkfStatus;
 use crate::channel::Id::{self, *};
-use crate::frames::{OLD_FIX_S, Values};
+use crate::frames::Values;
 use crate::store::TextLevel;
 
 /// Characters of one STATUSTEXT; a longer text is split.
@@ -342,15 +342,14 @@ fn highres(m: &HIGHRES_IMU_DATA) -> Values {
 
 /// The values of a GPS fix with this age, s.
 fn gps(m: &GPS_RAW_INT_DATA, age_s: Option<f64>) -> Values {
-    let is_fix = m.fix_type as u8 >= 2;
-    let has_fix = is_fix && age_s.is_none_or(|age_s| age_s <= OLD_FIX_S);
+    let has_fix = m.fix_type as u8 >= 2;
     let place = |value: i32, scale: f64| has_fix.then(|| scale * f64::from(value));
     let course = hundredths(m.cog).map(f64::to_radians).zip(hundredths(m.vel));
     let course = course.filter(|_| has_fix);
     let satellites = Some(m.satellites_visible).filter(|count| *count != u8::MAX);
     vec![
         (GpsFix, Some(f64::from(m.fix_type as u8))),
-        (GpsAge, age_s.filter(|_| is_fix)),
+        (GpsAge, age_s.filter(|_| has_fix)),
         (GpsLatitude, place(m.lat, 1e-7)),
         (GpsLongitude, place(m.lon, 1e-7)),
         (GpsAltitude, place(m.alt, 1e-3)),

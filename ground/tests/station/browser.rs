@@ -204,7 +204,7 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
         page.key("t");
         page.wait(&format!("document.documentElement.dataset.theme === '{theme}'"));
     }
-    // Buttons beside the tabs leave the view as it is.
+    // Clicks on colours and sound: the plots stay visible.
     for _ in 0..4 {
         page.click("#theme");
     }

@@ -90,6 +90,9 @@ fn a_fix_grows_old_whichever_clock_dates_it() {
             assert_abs_diff_eq!(found, expected, epsilon = 0.06);
         }
         assert_eq!(why(&station, "GPS"), "no fix for 5.2 s");
+        for id in [Id::GpsFix, Id::GpsLatitude, Id::GpsVelN, Id::Satellites] {
+            assert!(newest(&station, id).is_nan(), "{id:?}");
+        }
         assert!(Id::GpsAge.channel().alarms(newest(&station, Id::GpsAge)));
     }
 }

@@ -238,8 +238,8 @@ fn ros(look: &Look) -> Option<(usize, Columns)> {
     Some((1, columns))
 }
 
-/// The first column of a row of the KITTI data set, which may be preceded by a time and its date. The row has 30 values: the last
-/// five are whole numbers, and two triples have the size of gravity.
+/// The first column of a row of the KITTI data set, which may be preceded by a time and its date. The row has 30
+/// values: the last five are whole numbers, and two triples have the size of gravity.
 fn kitti(look: &Look) -> Option<usize> {
     const COLUMNS: usize = 30;
     let first = look.columns.len().checked_sub(COLUMNS).filter(|first| *first <= 2)?;
