@@ -50,7 +50,7 @@ foreign() {
 # As README.md has it, for the page shows the path.
 (cd "$docs/.." && "$hovernav" --quiet estimate datasets/heli-hover --out "$place/dataset")
 photograph dataset dataset map
-photograph dataset report summary map velocity attitude
+photograph dataset report velocity
 mv "$docs/gallery-report.png" "$docs/report.png"
 "$hovernav" --quiet estimate "$shared/logs/px4-quad-vibration-2025.ulg" --out "$place/ulog"
 photograph ulog ulog position

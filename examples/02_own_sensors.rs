@@ -8,6 +8,25 @@
 use hovernav::earth::STANDARD_GRAVITY_MPS2;
 use hovernav::prelude::*;
 
+/// The solution after all events, in the order of their arrival.
+fn navigate(settings: EstimatorConfig, events: impl Iterator<Item = Event>) -> Option<Solution> {
+    let mut estimator = Estimator::new(settings);
+    let mut now = Time::ZERO;
+    for event in events {
+        now = event.time();
+        estimator.push(&event, |notice| match notice {
+            Notice::SetupSuspect { fault, .. } => println!("units or axes: {fault}"),
+            Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
+                println!("{time}: {aid} not used: {reason}");
+            }
+            Notice::Updated(report) if report.any_rejected() => println!("rejected: {report:?}"),
+            _ => {}
+        });
+    }
+    let solution = estimator.solution()?; // position, velocity, attitude, biases, one-sigmas
+    solution.health(now).velocity.is_ok().then_some(solution)
+}
+
 /// A reading of your sensors, in their own units and axes.
 enum Reading {
     /// Axes forward, left, up: °/s, g, µT.
@@ -47,26 +66,6 @@ fn event(time: Time, reading: &Reading) -> Option<Event> {
             Event::Gps(Fix::at(time, position).with_velocity_mps(velocity_mps))
         }
     })
-}
-
-/// The solution after all readings, in the order of their arrival.
-fn navigate(readings: impl Iterator<Item = (f64, Reading)>) -> Option<Solution> {
-    let mut estimator = Estimator::new(settings());
-    let mut now = Time::ZERO;
-    for (seconds, reading) in readings {
-        now = Time::from_seconds(seconds);
-        let Some(event) = event(now, &reading) else { continue };
-        estimator.push(&event, |notice| match notice {
-            Notice::SetupSuspect { fault, .. } => println!("units or axes: {fault}"),
-            Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
-                println!("{time}: {aid} not used: {reason}");
-            }
-            Notice::Updated(report) if report.any_rejected() => println!("rejected: {report:?}"),
-            _ => {}
-        });
-    }
-    let solution = estimator.solution()?; // position, velocity, attitude, biases, one-sigmas
-    solution.health(now).velocity.is_ok().then_some(solution)
 }
 
 // A simulated cart replaces your drivers. It rolls to and fro along heading 40°; its vertical gyro has a bias of
@@ -116,16 +115,17 @@ fn receiver(seconds: f64) -> Reading {
 }
 
 /// 100 samples a second, and a fix with every twentieth.
-fn readings() -> impl Iterator<Item = (f64, Reading)> {
+fn events() -> impl Iterator<Item = Event> {
     (0..=(100.0 * DURATION_S) as u32).flat_map(|sample| {
         let seconds = f64::from(sample) * 0.01;
-        let fix = (sample % 20 == 0).then(|| (seconds, receiver(seconds)));
-        [(seconds, unit(seconds))].into_iter().chain(fix)
+        let fix = (sample % 20 == 0).then(|| receiver(seconds));
+        let readings = std::iter::once(unit(seconds)).chain(fix);
+        readings.filter_map(move |reading| event(Time::from_seconds(seconds), &reading))
     })
 }
 
 fn main() {
-    let solution = navigate(readings()).expect("the estimator aligns within seconds");
+    let solution = navigate(settings(), events()).expect("the estimator aligns within seconds");
     let [_, speed_mps, _] = motion(DURATION_S);
     let [u, v, w] = solution.velocity_body_mps().to_array();
     let yaw_deg = solution.body_to_ned.euler().yaw_rad.to_degrees();
@@ -138,7 +138,7 @@ fn main() {
 fn velocity_heading_and_gyro_bias_are_found() {
     use approx::assert_abs_diff_eq;
 
-    let solution = navigate(readings()).unwrap();
+    let solution = navigate(settings(), events()).unwrap();
     let [_, speed_mps, _] = motion(DURATION_S);
     let [u, v, w] = solution.velocity_body_mps().to_array();
     assert!((u - speed_mps).abs() < 0.1 && v.abs() < 0.1 && w.abs() < 0.1, "{u} {v} {w}");

@@ -24,9 +24,8 @@ const FILES: [(&str, &str, &str); 3] = [
         "dataset.toml",
         "Manifest",
         "The vehicle, the mounting and quality of its sensors, and the settings of the filter. The \
-         file is in the dataset directory, or is given to `hovernav estimate --config`. Every key \
-         has a default; a key without a shown default is not set. An unknown key causes a \
-         warning; in `[alignment]`, `[aiding]` and `[filter]` an error.",
+         file is in the dataset directory, or is given to `hovernav estimate --config`. An unknown \
+         key causes a warning; in `[alignment]`, `[aiding]` and `[filter]` an error.",
     ),
     (
         "fly.toml",
@@ -112,7 +111,8 @@ fn page() -> String {
     let mut page = String::from(
         "# Configuration\n\nAll files, columns and keys, generated from the types that read them. \
          `hovernav config` prints this page. [`schemas`](schemas) has JSON schemas for \
-         editors.\n\n",
+         editors. The value of a key is its default, in bold among several; without a \
+         default it is a type, and the key is not set.\n\n",
     );
     page.push_str(include_str!("columns.md"));
     for (file, name, about) in FILES {
@@ -139,20 +139,26 @@ fn page() -> String {
                     (_, "autopilot.excitation.inputs") => format!("`[[{of}]]`"),
                     _ => format!("`[{of}]`"),
                 };
-                let _ = write!(
-                    page,
-                    "\n{title}\n\n| key | value | default | meaning |\n|---|---|---|---|\n"
-                );
+                let _ = write!(page, "\n{title}\n\n| key | value | meaning |\n|---|---|---|\n");
             }
-            let default = match key.default.as_str() {
-                "" => String::new(),
-                default => format!("`{default}`"),
-            };
             let doc = key.doc.replace('|', "\\|");
-            let _ = writeln!(page, "| `{last}` | {} | {default} | {doc} |", key.kind);
+            let _ = writeln!(page, "| `{last}` | {} | {doc} |", value_of(key));
         }
     }
     page
+}
+
+/// The default, if it also shows the type; otherwise the type, and the default with it.
+fn value_of(key: &Key) -> String {
+    let Key { kind, default, .. } = key;
+    match (kind.as_str(), default.as_str()) {
+        (_, "" | "\"\"") => kind.clone(),
+        ("number" | "whole number" | "text" | "`true`, `false`", _) => format!("`{default}`"),
+        (words, _) if words.starts_with("`\"") => {
+            words.replace(&format!("`{default}`"), &format!("**`{default}`**"))
+        }
+        _ => format!("{kind}; `{default}`"),
+    }
 }
 
 fn schema(file: &str, name: &str, about: &str) -> String {

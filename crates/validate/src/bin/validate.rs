@@ -67,8 +67,9 @@ fn main() -> anyhow::Result<ExitCode> {
     println!("{} sets, {} rows, {} changes", sets.len(), new.len(), moved.len());
     if arguments.write {
         fs::create_dir_all(&home)?;
-        fs::write(&table, write_csv(&new))?;
-        fs::write(&page, markdown(&new))?;
+        let text = write_csv(&new);
+        fs::write(&page, markdown(&read_csv(&text)?))?;
+        fs::write(&table, text)?;
     }
     let fails = arguments.check && !moved.is_empty();
     Ok(if fails { ExitCode::FAILURE } else { ExitCode::SUCCESS })
