@@ -43,7 +43,7 @@ fn file(name: &str) -> Option<String> {
 fn section(name: &str) -> Option<String> {
     let name = name.trim_matches(['[', ']']);
     let (group, key) = name.rsplit_once('.').unwrap_or((name, ""));
-    let row = format!("| `{key}` |");
+    let row = format!("- `{key}` = ");
     let mut text = String::new();
     for part in PAGE.split("\n`[").skip(1) {
         let Some((title, rest)) = part.split_once("]`") else { continue };
@@ -62,7 +62,7 @@ fn section(name: &str) -> Option<String> {
     (!text.is_empty()).then(|| format!("{text}\n"))
 }
 
-/// The rows that contain `word`, each under the heading of its section.
+/// The rows and keys that contain `word`, each under the heading of its section.
 fn lines(word: &str) -> Option<String> {
     let word = word.to_lowercase();
     let mut found = String::new();
@@ -71,7 +71,8 @@ fn lines(word: &str) -> Option<String> {
         if line.starts_with("## ") || line.starts_with("`[") || line.starts_with("Outside") {
             section = line;
         }
-        if line.starts_with("| `") && line.to_lowercase().contains(&word) {
+        let is_row = ["- `", "| `", "| | `"].iter().any(|begin| line.starts_with(begin));
+        if is_row && line.to_lowercase().contains(&word) {
             if section != shown {
                 found.push_str(&format!("\n{section}\n"));
                 shown = section;
@@ -90,13 +91,13 @@ mod tests {
     #[test]
     fn a_section_or_a_key_is_found_by_its_path() {
         let gate = section("filter.gate").unwrap();
-        assert!(gate.starts_with("`[filter.gate]`\n\n| key |") && gate.contains("| `lockout_s` |"));
+        assert!(gate.starts_with("`[filter.gate]`\n\n- `") && gate.contains("\n- `lockout_s` = "));
         assert!(!gate.contains("##") && gate.matches("`[").count() == 1, "{gate}");
         assert_eq!(section("[filter.gate]"), Some(gate));
         let filter = section("filter").unwrap();
         assert!(filter.contains("`[filter.imu]`") && filter.contains("`[filter.mechanisms]`"));
         let key = section("filter.gate.sigmas").unwrap();
-        assert!(key.contains("| `sigmas` |") && !key.contains("lockout_s"), "{key}");
+        assert!(key.contains("- `sigmas` = ") && !key.contains("lockout_s"), "{key}");
         assert_eq!(section("filter.gate.nothing"), None);
         assert_eq!(section("gate"), None);
     }

@@ -9,14 +9,14 @@ const CONSISTENT: std::ops::RangeInclusive<f64> = 0.8..=1.3;
 
 const HEAD: &str = "# Every set
 
-Written by `cargo run --release -p hovernav-validate -- --write`; [`sets.csv`](sets.csv) also has the findings, and the
-runs without a reference. The page [Validation](../validation.md) explains the numbers.
+Written by `cargo run --release -p hovernav-validate -- --write`; [`sets.csv`](sets.csv) also has the smoothed runs,
+the findings, and the runs without a reference. The page [Validation](../validation.md) explains the numbers.
 
 ";
 
 const ERRORS: &str = "## Errors
 
-Root mean square of solution less reference, in m/s, degrees and m. The share within 3σ is that of the worst axis of
+Root mean square of solution less reference, causal, in m/s, degrees and m. The share within 3σ is that of the worst axis of
 position, velocity and attitude. \"Onboard\" and \"not independent\" mark a reference that is another filter's estimate.
 Fixes count as used and as rejected where the filter did so with any part of them.
 
@@ -24,7 +24,7 @@ Fixes count as used and as rejected where the filter did so with any part of the
 
 const CONSISTENCY: &str = "## Error over sigma
 
-Root mean square of the error over the stated one-sigma: 1 of a consistent filter. Bold is outside 0.8 to 1.3.
+Root mean square of the error over the stated one-sigma, causal: 1 of a consistent filter. Bold is outside 0.8 to 1.3.
 
 ";
 
@@ -40,14 +40,13 @@ spaced ones start every 12 s over the whole log. Error over sigma is that of nor
 #[must_use]
 pub fn markdown(rows: &[Row]) -> String {
     let mut page = HEAD.to_owned();
-    let is_run = |row: &&Row| !(row.reference.is_empty() || row.run.starts_with("outages"));
+    let is_run = |row: &&Row| !row.reference.is_empty() && row.run == "causal";
     let scored = |row: &&Row| row.numbers.contains_key("position_within_3_sigma");
     table(
         &mut page,
         ERRORS,
         &[
             "set",
-            "run",
             "reference",
             "vn, ve, vd",
             "roll, pitch, yaw",
@@ -57,9 +56,8 @@ pub fn markdown(rows: &[Row]) -> String {
         ],
         rows.iter().filter(is_run),
         |row| {
-            let is_smoothed = row.run == "smoothed"; // below the causal run of its set
             vec![
-                if is_smoothed { String::new() } else { row.reference.clone() },
+                row.reference.clone(),
                 numbers(row, &["vn_mps", "ve_mps", "vd_mps"], ", "),
                 numbers(row, &["roll_deg", "pitch_deg", "yaw_deg"], ", "),
                 numbers(row, &["horizontal_m", "down_m"], ", "),
@@ -71,7 +69,7 @@ pub fn markdown(rows: &[Row]) -> String {
     table(
         &mut page,
         CONSISTENCY,
-        &["set", "run", "north", "east", "down", "vn", "ve", "vd", "roll", "pitch", "yaw"],
+        &["set", "north", "east", "down", "vn", "ve", "vd", "roll", "pitch", "yaw"],
         rows.iter().filter(is_run).filter(scored),
         |row| {
             let axes = ["north", "east", "down", "vn", "ve", "vd", "roll", "pitch", "yaw"];
@@ -85,7 +83,8 @@ pub fn markdown(rows: &[Row]) -> String {
         rows.iter().filter(|row| row.run.starts_with("outages")),
         |row| {
             let of = |list| [drifts(row, list), over_sigma(row, list)];
-            ["documented", "spaced"].into_iter().flat_map(of).collect()
+            let run = row.run.clone();
+            std::iter::once(run).chain(["documented", "spaced"].into_iter().flat_map(of)).collect()
         },
     );
     page.truncate(page.trim_end().len());
@@ -95,7 +94,7 @@ pub fn markdown(rows: &[Row]) -> String {
 const GROUPS: [&str; 3] =
     ["position_within_3_sigma", "velocity_within_3_sigma", "attitude_within_3_sigma"];
 
-/// Adds a table with columns for set and run, followed by those of `cells`.
+/// Adds a table with a column for the set, followed by those of `cells`.
 fn table<'a>(
     page: &mut String,
     intro: &str,
@@ -106,7 +105,7 @@ fn table<'a>(
     let _ = writeln!(page, "{intro}| {} |\n|{}", head.join(" | "), "---|".repeat(head.len()));
     for row in rows {
         let cells = cells(row).join(" | ").replace('\n', " ");
-        let _ = writeln!(page, "| {} | {} | {cells} |", row.set, row.run);
+        let _ = writeln!(page, "| {} | {cells} |", row.set);
     }
     page.push('\n');
 }

@@ -111,8 +111,8 @@ fn page() -> String {
     let mut page = String::from(
         "# Configuration\n\nAll files, columns and keys, generated from the types that read them. \
          `hovernav config` prints this page. [`schemas`](schemas) has JSON schemas for \
-         editors. The value of a key is its default, in bold among several; without a \
-         default it is a type, and the key is not set.\n\n",
+         editors. After `=` is the default, in bold among several values; without a default \
+         it is the type of the value, and the key is not set.\n\n",
     );
     page.push_str(include_str!("columns.md"));
     for (file, name, about) in FILES {
@@ -139,10 +139,9 @@ fn page() -> String {
                     (_, "autopilot.excitation.inputs") => format!("`[[{of}]]`"),
                     _ => format!("`[{of}]`"),
                 };
-                let _ = write!(page, "\n{title}\n\n| key | value | meaning |\n|---|---|---|\n");
+                let _ = write!(page, "\n{title}\n\n");
             }
-            let doc = key.doc.replace('|', "\\|");
-            let _ = writeln!(page, "| `{last}` | {} | {doc} |", value_of(key));
+            let _ = writeln!(page, "- `{last}` = {}: {}", value_of(key), key.doc);
         }
     }
     page
