@@ -17,7 +17,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let text = match &arguments.about {
         None => PAGE.to_owned(),
         Some(about) => {
-            file(about).or_else(|| section(about)).or_else(|| lines(about)).unwrap_or_default()
+            let found = file(about).or_else(|| columns(about)).or_else(|| section(about));
+            found.or_else(|| lines(about)).unwrap_or_default()
         }
     };
     if text.is_empty() {
@@ -36,6 +37,13 @@ fn file(name: &str) -> Option<String> {
     let mut parts = parts
         .filter(|part| part.lines().next().is_some_and(|title| title.eq_ignore_ascii_case(name)));
     parts.next().map(|part| format!("## {}\n", part.trim_end()))
+}
+
+/// The columns of the file `name`, such as `imu.csv`.
+fn columns(name: &str) -> Option<String> {
+    let (_, rest) = PAGE.split_once(&format!("\n`{name}`\n\n"))?;
+    let rows = rest.split("\n\n").next()?;
+    Some(format!("`{name}`\n\n{rows}\n"))
 }
 
 /// The sections with the name `name` or inside that section, such as `filter.gate` or `filter`; otherwise the section
@@ -62,17 +70,16 @@ fn section(name: &str) -> Option<String> {
     (!text.is_empty()).then(|| format!("{text}\n"))
 }
 
-/// The rows and keys that contain `word`, each under the heading of its section.
+/// The columns and keys that contain `word`, each under the heading of its section.
 fn lines(word: &str) -> Option<String> {
     let word = word.to_lowercase();
     let mut found = String::new();
     let (mut section, mut shown) = ("", "");
     for line in PAGE.lines() {
-        if line.starts_with("## ") || line.starts_with("`[") || line.starts_with("Outside") {
+        if ["## ", "`", "Outside"].iter().any(|begin| line.starts_with(begin)) {
             section = line;
         }
-        let is_row = ["- `", "| `", "| | `"].iter().any(|begin| line.starts_with(begin));
-        if is_row && line.to_lowercase().contains(&word) {
+        if line.starts_with("- `") && line.to_lowercase().contains(&word) {
             if section != shown {
                 found.push_str(&format!("\n{section}\n"));
                 shown = section;
@@ -98,6 +105,9 @@ mod tests {
         assert!(filter.contains("`[filter.imu]`") && filter.contains("`[filter.mechanisms]`"));
         let key = section("filter.gate.sigmas").unwrap();
         assert!(key.contains("- `sigmas` = ") && !key.contains("lockout_s"), "{key}");
+        let columns = columns("imu.csv").unwrap();
+        assert!(columns.contains("- `t_s`") && columns.contains("- `mag_x_gauss`"), "{columns}");
+        assert!(!columns.contains("hdop"), "{columns}");
         assert_eq!(section("filter.gate.nothing"), None);
         assert_eq!(section("gate"), None);
     }

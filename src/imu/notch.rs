@@ -29,7 +29,7 @@ pub const MAX_HARMONICS: usize = 4;
     serde(default, deny_unknown_fields)
 )]
 pub struct NotchConfig {
-    /// Frequency of the rotor, Hz; 0 until [`Notch::set_frequency_hz`] sets it.
+    /// Frequency of the rotor, Hz; with 0, the measured one, by [`Notch::set_frequency_hz`].
     pub frequency_hz: f64,
     /// Width of the notch at half power, Hz, the same at each harmonic.
     pub width_hz: f64,

@@ -51,7 +51,7 @@ pub enum HeadingSource {
     serde(default, deny_unknown_fields)
 )]
 pub struct AlignmentConfig {
-    /// The only heading source to use. With `None`, the first available source is used, in the order two antennas,
+    /// The only heading source to use. Without it, the first available source is used, in the order two antennas,
     /// attitude, magnetometer, unknown. Course is used only if named here.
     pub heading: Option<HeadingSource>,
     /// Vector from the first GPS antenna to the second, body axes, m. `None` if the receiver reports the heading of the

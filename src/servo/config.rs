@@ -46,7 +46,7 @@ pub struct ChannelConfig {
     pub travel_ms: f64,
     /// Direction in which a positive stick changes the width.
     pub direction: Direction,
-    /// Width, ms, when commands are missing; for the throttle, the width that closes it. `None` means trim.
+    /// Width, ms, when commands are missing; for the throttle, the width that closes it. Without it, the trim.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
     pub failsafe_ms: Option<f64>,
     /// Largest rate of the servo's width, ms/s, above 0. 10 ms/s suits a fast cyclic servo, which turns 60° in 0.1 s if

@@ -82,7 +82,7 @@ impl Mavlink {
             return MavResult::MAV_RESULT_DENIED;
         }
         if !is_possible {
-            self.explain("faster than [mavlink.rates] in fly.toml allows");
+            self.explain("faster than [mavlink.speaker.rates] allows");
             return MavResult::MAV_RESULT_DENIED;
         }
         schedule.set_rate(rate_hz);
