@@ -11,20 +11,14 @@ use hovernav::prelude::*;
 /// The solution after all events, in the order of their arrival.
 fn navigate(settings: EstimatorConfig, events: impl Iterator<Item = Event>) -> Option<Solution> {
     let mut estimator = Estimator::new(settings);
-    let mut now = Time::ZERO;
     for event in events {
-        now = event.time();
         estimator.push(&event, |notice| match notice {
             Notice::SetupSuspect { fault, .. } => println!("units or axes: {fault}"),
-            Notice::NotUsed { time, aid, reason } if reason.is_fault() => {
-                println!("{time}: {aid} not used: {reason}");
-            }
             Notice::Updated(report) if report.any_rejected() => println!("rejected: {report:?}"),
-            _ => {}
+            _ => {} // readings that were not used, gaps, resets
         });
     }
-    let solution = estimator.solution()?; // position, velocity, attitude, biases, one-sigmas
-    solution.health(now).velocity.is_ok().then_some(solution)
+    estimator.solution() // position, velocity, attitude, biases, one-sigmas
 }
 
 /// A reading of your sensors, in their own units and axes.
@@ -132,6 +126,8 @@ fn main() {
     let bias_degps = solution.gyro_bias_radps.z().to_degrees();
     println!("forward {u:.2} m/s where {speed_mps:.2} is true, right {v:.2}, down {w:.2}");
     println!("heading {yaw_deg:.1}°, gyro bias {bias_degps:.3}°/s");
+    let health = solution.health(Time::from_seconds(DURATION_S));
+    println!("velocity is good: {}", health.velocity.is_ok());
 }
 
 #[test]
