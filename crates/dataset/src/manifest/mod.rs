@@ -342,8 +342,8 @@ fn declination<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>
     in_range(deserializer, -180.0..=180.0).map(Some)
 }
 
-/// Largest latency of a log, s.
-pub const LONGEST_LATENCY_S: f64 = 10.0;
+/// Largest latency of a log, s. It exceeds the 18 s between GPS time and UTC.
+pub const LONGEST_LATENCY_S: f64 = 30.0;
 
 fn latency<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     in_range(deserializer, -LONGEST_LATENCY_S..=LONGEST_LATENCY_S)
