@@ -33,19 +33,24 @@ pub(crate) fn format_of_log(log: &Path) -> Result<Format, LogError> {
         return Ok(if is_mapped { Format::Text } else { Format::Dataset });
     }
     let found = files(log);
-    let ends_in_csv = |file: &PathBuf| file.extension().is_some_and(|last| last == "csv");
-    let tables =
-        found.as_ref().map_or(0, |found| found.iter().filter(|one| ends_in_csv(one)).count());
-    let reason = match (lone_log(log).filter(|_| tables == 0), found) {
-        (Some(file), _) => format!("found a directory, expected its log {}", file.display()),
-        (None, Ok(found)) if found.is_empty() => return Ok(Format::Dataset),
-        (None, Ok(_)) => {
-            let shown = log.display();
-            format!(
+    // Text files of other endings may be remarks next to a log.
+    let is_table = |file: &PathBuf| {
+        file.extension().is_some_and(|last| last == "csv") || file.parent() != Some(log)
+    };
+    let shown = log.display();
+    let tables = found.as_ref().map(|found| found.iter().find(|file| is_table(file)));
+    let reason = match (tables, lone_log(log)) {
+        (Ok(Some(table)), _) => match table.parent() {
+            Some(parent) if has_own_times(&parent.join("imu.csv")) => {
+                format!("found a directory, expected its log {}", parent.display())
+            }
+            _ => format!(
                 "found a directory of text files with unknown columns. Run `hovernav init {shown}` to map them"
-            )
-        }
-        (None, Err(error)) => return Err(error),
+            ),
+        },
+        (_, Some(file)) => format!("found a directory, expected its log {}", file.display()),
+        (Ok(None), None) => return Ok(Format::Dataset),
+        (Err(_), None) => return found.map(|_| Format::Dataset),
     };
     Err(LogError::Unusable { path: log.to_path_buf(), reason })
 }

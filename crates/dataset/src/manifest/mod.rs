@@ -174,7 +174,7 @@ pub struct GpsSection {
     /// Position of the antenna relative to the centre of gravity, m.
     #[serde(with = "lever_arm")]
     pub antenna_lever_arm_m: Vector<Body>,
-    /// Time from the validity of a fix to its arrival, s, within ±10. In a log, arrival means the time stamp. The
+    /// Time from the validity of a fix to its arrival, s, within ±30. In a log, arrival means the time stamp. The
     /// filter receives the fixes of a log at most 0.2 s after their time of validity.
     #[serde(deserialize_with = "latency")]
     pub latency_s: f64,

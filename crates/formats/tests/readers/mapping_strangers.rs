@@ -252,3 +252,16 @@ fn positions_in_metres_and_messages_without_times_are_refused_with_the_next_step
         assert!(error.contains("VectorNav") && error.contains("Control Center"), "{error}");
     }
 }
+
+#[test]
+fn a_directory_above_a_log_names_it_and_remarks_are_no_tables() {
+    let place = tempfile::tempdir().unwrap();
+    fs::write(place.path().join("out.txt"), "printed 1 2 3\n").unwrap();
+    let error = || open(place.path(), &Options::default()).unwrap_err().to_string();
+    assert!(error().contains("imu.csv: no such file"), "{}", error());
+    fs::remove_file(place.path().join("out.txt")).unwrap();
+    let log = place.path().join("monday");
+    fs::create_dir(&log).unwrap();
+    fs::write(log.join("imu.csv"), "t_s,gyro_x_radps\n0,0\n").unwrap();
+    assert!(error().ends_with(&format!("expected its log {}", log.display())), "{}", error());
+}
