@@ -388,13 +388,13 @@ fn zero_heights(rows: &[Row]) -> Vec<usize> {
         fix.position.height_m.abs() > MIN_JUMP_M.max(FASTEST_CLIMB_MPS * interval_s)
     };
     let mut start = 0;
-    let runs = known.chunk_by(|a, b| is_zero(a) == is_zero(b)).filter_map(|run| {
+    let runs = known.chunk_by(|a, b| is_zero(a) == is_zero(b)).filter(|run| {
         let (first, end) = (start, start + run.len());
         start = end;
         let is_alone = first == 0 && end == known.len();
         let before = first == 0 || is_far(first, first - 1);
         let after = end == known.len() || is_far(end - 1, end);
-        (is_zero(&run[0]) && !is_alone && before && after).then_some(run)
+        is_zero(&run[0]) && !is_alone && before && after
     });
     runs.flatten().copied().collect()
 }

@@ -275,7 +275,7 @@ impl Levelled {
         // Critical damping.
         let off_rad = self.body_to_level.inverse() * off_rad;
         let slow = (0.5 / SETTLING_S).powi(2);
-        self.gyro_bias_radps = self.gyro_bias_radps - off_rad * (slow * interval_s);
+        self.gyro_bias_radps -= off_rad * (slow * interval_s);
         levelled_mps2
     }
 }

@@ -246,7 +246,7 @@ fn positions_in_metres_and_messages_without_times_are_refused_with_the_next_step
         "$VNIMU,-0.13,+0.02,+0.44,-0.02,+0.02,-9.81,+0.01,+0.02,+0.03,+25.0,+101.325*62\r\n";
     fs::write(&path, lines.repeat(20)).unwrap();
     for error in [
-        Proposal::of(&[path.clone()]).unwrap_err().to_string(),
+        Proposal::of(std::slice::from_ref(&path)).unwrap_err().to_string(),
         open(&path, &Options::default()).unwrap_err().to_string(),
     ] {
         assert!(error.contains("VectorNav") && error.contains("Control Center"), "{error}");
