@@ -32,7 +32,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let shown = out.display();
     output::say(format_args!("\nwrote {shown}/mapping.toml and {shown}/dataset.toml"));
     match proposal.has_motion() {
-        true => output::say(format_args!("next: hovernav estimate {shown}")),
+        true if proposal.has_fixes() => {
+            output::say(format_args!("next: hovernav estimate {shown}"));
+        }
+        true => output::say(format_args!("next: hovernav init with a file of positions")),
         false => output::say(format_args!("next: hovernav score {shown} REFERENCE")),
     }
     Ok(())

@@ -53,7 +53,7 @@ fn a_manifest_that_cannot_be_true_is_refused_with_its_line() {
         ),
         (
             "[gps]\nlatency_s = 99\n",
-            "dataset.toml:2: [gps] latency_s: found 99, expected -10 to 10",
+            "dataset.toml:2: [gps] latency_s: found 99, expected -30 to 30",
         ),
         (
             "[imu]\ngyro_bias_sigma_degps = -1\n",

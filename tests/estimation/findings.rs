@@ -7,7 +7,7 @@ use hovernav::earth::Geodetic;
 use hovernav::frames::Vector;
 use hovernav_dataset::Dataset;
 use hovernav_design::hover::HoverDesign;
-use hovernav_findings::{Finding, FindingKind, Severity, sentences};
+use hovernav_findings::{Finding, FindingKind, Sensor, Severity, sentences};
 use hovernav_model::shipped;
 use hovernav_replay::estimate;
 use hovernav_sim::FlightConfig;
@@ -125,11 +125,18 @@ fn a_height_that_is_empty_is_no_height_held_and_no_velocity_absent() {
 
 #[test]
 fn fixes_that_are_off_by_more_than_the_filter_follows_are_found_by_when_the_vehicle_accelerates() {
-    for (name, own_s, lates_s) in
-        [("quad-p4rtk-vibration", -0.08, [0.8, 1.5]), ("uav-thor75-1hz", 0.0, [0.8, -0.7])]
-    {
+    // The offset of each log as it is, s, and the offsets that are added.
+    for (name, own_s, lates_s) in [
+        ("heli-hover", 0.07, &[-1.0, 5.0, 18.0][..]),
+        ("quad-p4rtk-vibration", -0.05, &[0.8, 1.5, -18.0]),
+        ("uav-thor75-1hz", 0.08, &[0.8, -0.7, -5.0, 18.0]),
+        ("car-rtk", 0.06, &[1.0, 5.0, -18.0]),
+        ("quad-ardupilot-5hz", 0.27, &[-1.0, 18.0]),
+        ("quad-gps-glitch", 0.21, &[1.0, 18.0]),
+        ("quad-hover-aided", 0.2, &[-5.0, 18.0]),
+    ] {
         let Some(dir) = shared(format!("datasets/{name}")) else { continue };
-        for late_s in lates_s {
+        for &late_s in lates_s {
             let mut dataset = Dataset::open(&dir).unwrap();
             for fix in &mut dataset.fixes {
                 fix.time = fix.time.offset_by(late_s);
@@ -137,21 +144,18 @@ fn fixes_that_are_off_by_more_than_the_filter_follows_are_found_by_when_the_vehi
             let config = dataset.settings().unwrap();
             let run = estimate(&dataset, &config, |_| {});
             let found = hovernav_findings::findings(&dataset, &run);
-            let told = found
-                .iter()
-                .find(|finding| finding.kind == FindingKind::TimeOffset)
-                .unwrap_or_else(|| panic!("{name}, {late_s} s: {found:#?}"));
-            assert_eq!(told.severity, Severity::Warning, "{name}, {late_s} s: {}", told.words);
-            // Fixes 1.5 s late spoil the heading, and with it the acceleration used for this finding.
-            if name == "quad-p4rtk-vibration" && late_s > 1.0 {
-                continue;
-            }
-            let (_, latency) = told
-                .words
-                .split_once("latency_s = ")
-                .unwrap_or_else(|| panic!("{name}, {late_s} s: {}", told.words));
+            let Some(told) = found.iter().find(|finding| finding.sensor == Sensor::Clocks) else {
+                panic!("{name}, {late_s} s: {found:#?}")
+            };
+            assert_eq!(told.severity, Severity::Error, "{name}, {late_s} s: {}", told.words);
+            assert_eq!(told.words.contains("have UTC"), f64::abs(late_s) == 18.0, "{}", told.words);
+            let (_, latency) = told.words.split_once("latency_s = ").unwrap();
             let off_s = latency.parse::<f64>().unwrap() - late_s - own_s;
             assert!(off_s.abs() < 0.1, "{name}, {late_s} s: {}", told.words);
+            let wrong = |finding: &&Finding| {
+                finding.kind == FindingKind::SetUp && finding.sensor != Sensor::Clocks
+            };
+            assert_eq!(found.iter().find(wrong), None, "{name}, {late_s} s");
         }
     }
 }

@@ -19,6 +19,7 @@ mod damages;
 #[cfg(feature = "dataflash")]
 mod dataflash;
 mod difference;
+mod directory;
 mod estimation;
 mod format;
 #[cfg(feature = "text")]

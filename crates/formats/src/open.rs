@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::bag::files_of_bag;
+use crate::directory::format_of_log;
 use crate::format::Format;
 use crate::log::{Log, Options};
-use crate::recognise::{HEAD, ensure_known, recognise};
+use crate::recognise::{HEAD, ensure_known};
 use crate::window::Input;
 use hovernav_dataset::{Dataset, LogError};
 #[cfg(feature = "record")]
@@ -21,7 +22,7 @@ pub fn open(log: &Path, options: &Options) -> Result<Log, LogError> {
     let in_bag = files_of_bag(log)?;
     let files = in_bag.as_ref().map_or(&[][..], |bag| &bag.files);
     let first = files.first().map_or(log, PathBuf::as_path);
-    let format = recognise(first)?;
+    let format = format_of_log(first)?;
     ensure_choice(format, first, options)?;
     match format {
         Format::Dataset => {

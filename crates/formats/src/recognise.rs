@@ -1,7 +1,7 @@
 //! Recognises the format of a log from its content.
 
 use std::io::{Error, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::format::Format;
 #[cfg(feature = "raw")]
@@ -17,8 +17,7 @@ const ULOG: &[u8] = b"ULog\x01\x12\x35";
 /// Two sync bytes and the type of the format message, with which every DataFlash log begins.
 const DATAFLASH: &[u8] = &[0xA3, 0x95, 0x80];
 
-/// The format of `log`. A directory is a dataset. It is text with a mapping if it has a `mapping.toml` and no `imu.csv`
-/// in hovernav's own columns. A file is recognised from its first bytes.
+/// The format of the file `log`, recognised from its first bytes.
 pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
     let metadata = std::fs::metadata(log).map_err(|error| {
         let error = match error.kind() {
@@ -29,24 +28,6 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
         };
         LogError::io(log)(error)
     })?;
-    if metadata.is_dir() {
-        let has = |name: &str| log.join(name).exists();
-        let is_mapped = has("mapping.toml") && !has_own_times(&log.join("imu.csv"));
-        let is_of_a_logger = !has("imu.csv") && !has("dataset.toml") && !has("gps.csv");
-        let is_unknown = is_of_a_logger && !is_mapped;
-        if is_unknown && has_tables(log) {
-            let shown = log.display();
-            let reason = format!(
-                "found a directory of text files with unknown columns. Run `hovernav init {shown}` to map them"
-            );
-            return Err(LogError::Unusable { path: log.to_path_buf(), reason });
-        }
-        if is_unknown && let Some(file) = lone_log(log) {
-            let reason = format!("found a directory, expected its log {}", file.display());
-            return Err(LogError::Unusable { path: log.to_path_buf(), reason });
-        }
-        return Ok(if is_mapped { Format::Text } else { Format::Dataset });
-    }
     // A pipe may block the reader; a device may never end.
     if !metadata.is_file() {
         let reason = "found a pipe or a device, expected a file or a directory".to_owned();
@@ -59,33 +40,6 @@ pub(crate) fn recognise(log: &Path) -> Result<Format, LogError> {
         return Err(LogError::Unusable { path: log.to_path_buf(), reason });
     }
     Ok(format)
-}
-
-/// The first file of a directory, by name, that is a log in a format of its own.
-fn lone_log(directory: &Path) -> Option<PathBuf> {
-    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
-    let mut files: Vec<PathBuf> =
-        entries.map(|entry| entry.path()).filter(|path| path.is_file()).collect();
-    files.sort();
-    let is_log = |path: &PathBuf| {
-        let format = head_of(path).ok().and_then(|head| format_of(&head));
-        format.is_some_and(|format| format != Format::Text)
-    };
-    files.into_iter().find(is_log)
-}
-
-/// Whether a directory has files in CSV.
-fn has_tables(directory: &Path) -> bool {
-    let entries = std::fs::read_dir(directory).into_iter().flatten().flatten();
-    entries.map(|entry| entry.path()).any(|path| path.extension().is_some_and(|last| last == "csv"))
-}
-
-/// Whether a file's first line has hovernav's own time column. A foreign `imu.csv` may be in the same directory as
-/// its mapping.
-fn has_own_times(file: &Path) -> bool {
-    let head = if file.is_file() { head_of(file).unwrap_or_default() } else { Vec::new() };
-    let line = head.split(|byte| *byte == b'\n').next().unwrap_or_default();
-    line.split(|byte| *byte == b',').any(|name| name.trim_ascii().ends_with(b"t_s"))
 }
 
 /// The first [`HEAD`] bytes of a file, unpacked.
@@ -102,7 +56,7 @@ pub(crate) fn head_of(path: &Path) -> Result<Vec<u8>, LogError> {
 
 /// [`format_of`], or an error with the likely type of the file at `path`.
 pub(crate) fn ensure_known(head: &[u8], path: &Path) -> Result<Format, LogError> {
-    format_of(head).filter(|_| !is_rinex(head)).ok_or_else(|| {
+    format_of(head).filter(|_| !is_unmappable(head)).ok_or_else(|| {
         let found = looks_like(head);
         let reason = format!(
             "found {found}, expected a log: a dataset directory, a flight record, a PX4 ULog, an \
@@ -128,7 +82,7 @@ pub(crate) fn format_of(head: &[u8]) -> Option<Format> {
         Some(if is_own(head) { Format::Record } else { Format::Ros2 })
     } else if is_tlog(head) {
         Some(Format::Tlog)
-    } else if is_raw(head) {
+    } else if is_raw(head) && !is_vectornav(head) {
         Some(Format::Raw)
     } else if is_dataflash_within(head) {
         Some(Format::Dataflash)
@@ -160,6 +114,13 @@ fn is_export(head: &[u8]) -> bool {
     let strings = head.strip_prefix(MCAP).and_then(|rest| rest.get(9..)).unwrap_or_default();
     let library = string(strings).and_then(|(_, rest)| string(rest));
     library.is_some_and(|(library, _)| library == b"hovernav")
+}
+
+/// Whether every sentence of a file is one of VectorNav's.
+fn is_vectornav(head: &[u8]) -> bool {
+    let mut sentences =
+        head.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"$")).peekable();
+    sentences.peek().is_some() && sentences.all(|line| line.starts_with(b"$VN"))
 }
 
 /// Whether a file is NMEA 0183 without the checksums after `*`.
@@ -202,7 +163,7 @@ fn is_in_seconds_of_arc(head: &[u8]) -> bool {
 
 /// Whether a file is text of a known kind that has no columns to map.
 pub(crate) fn is_unmappable(head: &[u8]) -> bool {
-    is_rinex(head) || is_in_seconds_of_arc(head)
+    is_rinex(head) || is_in_seconds_of_arc(head) || is_vectornav(head)
 }
 
 /// Whether `head` begins with four MAVLink frames without times.
@@ -329,6 +290,11 @@ pub(crate) fn looks_like(head: &[u8]) -> &'static str {
     if is_export(head) {
         return "a solution that hovernav exported, which has no sensors' readings: open the log from which it was \
                 estimated";
+    }
+    if is_vectornav(head) {
+        return "VectorNav's text messages ($VNIMU, $VNINS), whose samples have no time: log the binary output, export \
+                it as CSV from VectorNav's Control Center with TimeStartup, gyro, accelerometer, PosLla and VelNed, and \
+                run `hovernav init` on it";
     }
     if is_bare_nmea(head) {
         return "NMEA 0183 without checksums, which damage would change unnoticed: log the receiver's sentences with \

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::bag::files_of_bag;
+use crate::directory::format_of_log;
 use crate::format::Format;
 use crate::log::Options;
-use crate::recognise::recognise;
 use crate::window::Input;
 use hovernav_dataset::{Dataset, LogError};
 
@@ -23,7 +23,7 @@ const OF_A_PACKED_FILE: u64 = 20;
 pub fn bytes_of(log: &Path, options: &Options) -> Result<u64, LogError> {
     let in_bag = files_of_bag(log)?;
     let first = in_bag.as_ref().and_then(|bag| bag.files.first()).map_or(log, PathBuf::as_path);
-    if recognise(first)? == Format::Dataset {
+    if format_of_log(first)? == Format::Dataset {
         return Ok(Dataset::bytes_of(log, options.samples_in_memory.unwrap_or(usize::MAX)));
     }
     let length = |path: &Path| std::fs::metadata(path).map_or(0, |metadata| metadata.len());

@@ -43,7 +43,7 @@ impl Verdict {
         for finding in worst {
             let is_error = finding.severity == Severity::Error;
             let level = if is_error { Level::Bad } else { Level::Care };
-            let is_cause = finding.kind == FindingKind::SetUp;
+            let is_cause = matches!(finding.kind, FindingKind::SetUp | FindingKind::ClockRate);
             let reasons = if is_cause { &mut causes } else { &mut effects };
             reasons.push((level, finding.words.clone()));
         }

@@ -174,7 +174,7 @@ pub struct GpsSection {
     /// Position of the antenna relative to the centre of gravity, m.
     #[serde(with = "lever_arm")]
     pub antenna_lever_arm_m: Vector<Body>,
-    /// Time from the validity of a fix to its arrival, s, within ±10. In a log, arrival means the time stamp. The
+    /// Time from the validity of a fix to its arrival, s, within ±30. In a log, arrival means the time stamp. The
     /// filter receives the fixes of a log at most 0.2 s after their time of validity.
     #[serde(deserialize_with = "latency")]
     pub latency_s: f64,
@@ -342,8 +342,8 @@ fn declination<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>
     in_range(deserializer, -180.0..=180.0).map(Some)
 }
 
-/// Largest latency of a log, s.
-pub const LONGEST_LATENCY_S: f64 = 10.0;
+/// Largest latency of a log, s. It exceeds the 18 s between GPS time and UTC.
+pub const LONGEST_LATENCY_S: f64 = 30.0;
 
 fn latency<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     in_range(deserializer, -LONGEST_LATENCY_S..=LONGEST_LATENCY_S)

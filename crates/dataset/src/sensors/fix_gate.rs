@@ -40,6 +40,10 @@ const SHORT: f64 = 0.1;
 const EVEN: f64 = 0.5;
 /// Smallest receiver interval for a search of repetitions, in intervals between rows; either limit is sufficient.
 const MANY_ROWS: f64 = 10.0;
+/// Smallest height, m, after a height of exactly 0 that shows that the 0 was not measured.
+const MIN_JUMP_M: f64 = 20.0;
+/// Largest vertical speed, m/s, between a measured height of 0 and the next height.
+const FASTEST_CLIMB_MPS: f64 = 30.0;
 /// Longest time, s, for which rows repeat a fix in a log that is known to repeat fixes: one missing fix at 1 Hz.
 const LONGEST_HELD_S: f64 = 2.5;
 /// Values that loggers write instead of an unknown one: round numbers, and the ends of 16 and 32 bits.
@@ -223,7 +227,6 @@ pub(crate) fn no_place([lat, lon, _]: [f64; 3]) -> &'static str {
 #[derive(Debug, Default)]
 pub struct FixGate {
     rows: Rows<Row>,
-    last_height_m: Option<f64>,
     /// Whether any fix is of type 3.
     has_type_3: bool,
     /// Whether any fix has satellites; otherwise 0 satellites are an unknown number.
@@ -253,7 +256,6 @@ impl FixGate {
             row.fix.time = row.fix.time.offset_by(later_s);
             self.rows.push(place, row);
         }
-        self.last_height_m = self.last_height_m.or(other.last_height_m);
         self.has_type_3 |= other.has_type_3;
         self.has_satellites |= other.has_satellites;
     }
@@ -274,13 +276,13 @@ impl FixGate {
             remarks
                 .count("without a measured height: used for the horizontal position only", place);
         }
-        let height_m = if has_height { height } else { self.last_height_m.unwrap_or(0.0) };
+        let last_m = self.last.map_or(0.0, |last| last.position.height_m);
+        let height_m = if has_height { height } else { last_m };
         let (Some(time), Some(position)) =
             (stated.time, Geodetic::from_degrees(lat, lon, height_m))
         else {
             return false;
         };
-        self.last_height_m = Some(height_m);
         let fix_type = match stated.dimensions {
             Dimensions::Type(number) => number,
             _ => f64::NAN,
@@ -334,7 +336,12 @@ impl FixGate {
                 known.push(line, row);
             }
         }
-        let (rows, lines) = known.in_time_order(|row| &mut row.fix.time, path, steps, remarks)?;
+        let (mut rows, lines) =
+            known.in_time_order(|row| &mut row.fix.time, path, steps, remarks)?;
+        for index in zero_heights(&rows) {
+            remarks.count("with a height of 0, far from the others: height ignored", lines[index]);
+            (rows[index].has_height, rows[index].fix.two_dimensional) = (false, true);
+        }
         let first_m = rows.iter().find(|row| row.has_height).map(|row| row.fix.position.height_m);
         if first_m.is_none() && !rows.is_empty() {
             remarks.say("no fix has a height: 0 m is assumed, and the height is unknown".into());
@@ -346,12 +353,12 @@ impl FixGate {
                 "fixes of type 2, {held} of them: two-dimensional, used for the horizontal alone"
             ));
         }
-        let mut until_height = true;
+        let mut height_m = first_m;
         let mut fixes = Vec::with_capacity(rows.len());
         for mut row in rows {
-            until_height &= !row.has_height;
-            if let Some(height_m) = first_m.filter(|_| until_height) {
-                row.fix.position.height_m = height_m;
+            match height_m {
+                Some(height_m) if !row.has_height => row.fix.position.height_m = height_m,
+                _ => height_m = Some(row.fix.position.height_m),
             }
             if is_flat(&row) {
                 (row.fix.two_dimensional, row.fix.down_velocity_mps) = (true, None);
@@ -368,6 +375,28 @@ impl FixGate {
         });
         Ok(fixes)
     }
+}
+
+/// Indices of the rows whose height of exactly 0 no receiver measured: the heights before and after them are further from
+/// 0 than a vehicle climbs in between.
+fn zero_heights(rows: &[Row]) -> Vec<usize> {
+    let known: Vec<usize> = (0..rows.len()).filter(|&index| rows[index].has_height).collect();
+    let is_zero = |&index: &usize| rows[index].fix.position.height_m == 0.0;
+    let is_far = |zero: usize, other: usize| {
+        let Row { fix, .. } = &rows[known[other]];
+        let interval_s = (fix.time - rows[known[zero]].fix.time).abs();
+        fix.position.height_m.abs() > MIN_JUMP_M.max(FASTEST_CLIMB_MPS * interval_s)
+    };
+    let mut start = 0;
+    let runs = known.chunk_by(|a, b| is_zero(a) == is_zero(b)).filter(|run| {
+        let (first, end) = (start, start + run.len());
+        start = end;
+        let is_alone = first == 0 && end == known.len();
+        let before = first == 0 || is_far(first, first - 1);
+        let after = end == known.len() || is_far(end - 1, end);
+        is_zero(&run[0]) && !is_alone && before && after
+    });
+    runs.flatten().copied().collect()
 }
 
 fn finite<const N: usize>(values: [f64; N]) -> Option<[f64; N]> {

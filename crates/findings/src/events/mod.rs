@@ -4,6 +4,7 @@
 //! [`alternative`], and no reference is read.
 
 mod absent;
+mod accelerations;
 mod barometer;
 mod contradiction;
 mod ends;
@@ -26,19 +27,19 @@ mod wheels;
 
 use hovernav::imu::ImuSample;
 
-use crate::finding::{Finding, FindingKind, SetupFinding};
+use crate::finding::{Finding, FindingKind, Sensor, SetupFinding};
 use crate::plausibility::{SetupLook, alternative};
 use crate::rates::with_rates;
 use hovernav_dataset::Dataset;
 use hovernav_replay::Run;
 
 use absent::OfUnit;
+use accelerations::MeasuredVelocity;
 use ends::Ends;
 use heading::FieldStrength;
 use inertial::Inertial;
 use judged::Judged;
 use steps::Witness;
-use timing::MeasuredVelocity;
 
 /// Events in a `run` over `dataset`, in order of time, each a span with a sentence. Kinds are outages, gaps,
 /// rejections, repetitions, clipping, shocks, disturbances, and likely errors of the set-up.
@@ -47,11 +48,13 @@ use timing::MeasuredVelocity;
 #[must_use]
 pub fn findings(dataset: &Dataset, run: &Run) -> Vec<Finding> {
     let (mut findings, setup) = events_and_setup(dataset, run);
-    let other = alternative(dataset, &run.config, run);
-    if other.is_some() {
-        // A wrong attitude turns the accelerations, from which these follow.
-        use FindingKind::{ClockRate, LeverArm, TimeOffset};
-        findings.retain(|found| !matches!(found.kind, ClockRate | LeverArm | TimeOffset));
+    // Only correct axes and signs show an offset of the clocks.
+    let is_apart = setup.iter().any(|found| found.sensor == Sensor::Clocks);
+    let other = if is_apart { None } else { alternative(dataset, &run.config, run) };
+    if is_apart || other.is_some() {
+        // Consequences of a wrong attitude.
+        use FindingKind::{LeverArm, TimeOffset};
+        findings.retain(|found| !matches!(found.kind, LeverArm | TimeOffset));
     }
     let setup = setup.into_iter().chain(other);
     let (start_s, end_s) = Judged { dataset, run }.span_s().unwrap_or_default();
@@ -75,7 +78,7 @@ pub(crate) fn events_and_setup(dataset: &Dataset, run: &Run) -> (Vec<Finding>, V
     heading::find(&log, field, &mut findings);
     slow::find(&log, &mut findings);
     steps::find(&log, witness, &mut findings);
-    timing::find(&log, &measured, &mut findings);
+    let apart = timing::find(&log, &measured, &mut findings);
     lever_arm::find(&log, &mut findings);
     understated::find(&log, &mut findings);
     unused::find(&log, &mut findings);
@@ -83,7 +86,9 @@ pub(crate) fn events_and_setup(dataset: &Dataset, run: &Run) -> (Vec<Finding>, V
     walk::find(&log, &mut findings);
     wheels::find(&log, &mut findings);
     findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-    (findings, setup.check(dataset))
+    let mut setup = setup.check(dataset);
+    setup.extend(apart);
+    (findings, setup)
 }
 
 /// Results of one or two passes over the inertial samples.
@@ -115,7 +120,7 @@ impl Looked {
                 inertial.push(&rates);
                 ends.look(&rates);
                 witness.push(log, &rates, sample.attitude);
-                measured.push(log, &rates);
+                measured.push(&rates);
             }
         }
         apart.iter().for_each(|(_, field_gauss)| field.look(*field_gauss));

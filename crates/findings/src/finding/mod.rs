@@ -80,13 +80,16 @@ impl Finding {
         self.severity >= Severity::Warning
     }
 
-    /// Whether the finding names an error of the set-up that the estimator cannot do without, the cause of others.
+    /// Whether the finding names an error of the clocks, or of the set-up of a sensor that the estimator cannot do
+    /// without: the cause of others.
     fn is_cause(&self) -> bool {
-        self.kind == FindingKind::SetUp && !can_be_ignored(self.sensor)
+        let is_setup = self.kind == FindingKind::SetUp && !can_be_ignored(self.sensor);
+        is_setup || self.kind == FindingKind::ClockRate
     }
 
-    /// Order of importance, the most important first: by severity, errors of the set-up first, then by harm. Of findings with equal harm, the
-    /// shorter span comes first, because it states the time better. Without a harm, the longer span comes first.
+    /// Order of importance, the most important first: by severity, causes first, then by harm. Of findings with equal
+    /// harm, the shorter span comes first, because it states the time better. Without a harm, the longer span comes
+    /// first.
     #[must_use]
     pub fn by_harm(&self, other: &Self) -> Ordering {
         let size = |finding: &Self| finding.harm.map_or(-1.0, |harm| harm.size);

@@ -1,4 +1,4 @@
-//! Check for an axis of the inertial unit that never changes.
+//! Check for an axis of the inertial unit that never changes, or repeats another one.
 
 use crate::finding::{Sensor, SetupFinding};
 use crate::rates::{AXES, Rates};
@@ -12,11 +12,16 @@ pub(super) struct DeadAxis {
     last: Option<[f64; 6]>,
     count: usize,
     changes: [usize; 6],
+    /// Number of samples in which each axis equals the next one of its triad.
+    twins: [usize; 6],
 }
 
 impl DeadAxis {
     pub fn push(&mut self, rates: &Rates) {
         let values = rates.six();
+        for (axis, twins) in self.twins.iter_mut().enumerate() {
+            *twins += usize::from(values[axis] == values[next(axis)]);
+        }
         if let Some(last) = self.last.replace(values) {
             self.count += 1;
             for (axis, changes) in self.changes.iter_mut().enumerate() {
@@ -25,7 +30,7 @@ impl DeadAxis {
         }
     }
 
-    /// Reports each axis that is constant while the other two of its triad change.
+    /// Reports each axis that is constant while the other two of its triad change, and each that repeats another one.
     pub fn check(&self, found: &mut Vec<SetupFinding>) {
         let Some(values) = self.last.filter(|_| self.count >= MIN) else { return };
         for (axis, changes) in self.changes.iter().enumerate() {
@@ -45,7 +50,31 @@ impl DeadAxis {
                 mend: String::new(),
             });
         }
+        for (axis, twins) in self.twins.iter().enumerate() {
+            if 2 * self.changes[axis] <= self.count || *twins <= self.count {
+                continue;
+            }
+            found.push(SetupFinding {
+                sensor: Sensor::InertialUnit,
+                is_certain: true,
+                found: format!(
+                    "{} equals {} in all {} samples",
+                    AXES[axis],
+                    AXES[next(axis)],
+                    self.count + 1
+                ),
+                cause:
+                    "one column was written twice, and the motion about the other axis is missing"
+                        .into(),
+                mend: "write the reading of each axis".into(),
+            });
+        }
     }
+}
+
+/// The next axis of the same triad.
+const fn next(axis: usize) -> usize {
+    axis / 3 * 3 + (axis + 1) % 3
 }
 
 #[cfg(test)]
@@ -76,6 +105,11 @@ mod tests {
         assert!(
             dead.len() == 1 && dead[0].found.contains("gyro z is 0 in all 2000 samples"),
             "{dead:?}"
+        );
+        let twice = found(|t| [t.cos(), (3.0 * t).sin(), (3.0 * t).sin()]);
+        assert!(
+            twice.len() == 1 && twice[0].found.contains("gyro y equals gyro z in all 2000"),
+            "{twice:?}"
         );
         // Readings at rest of a coarse sensor, and a simulation in a plane.
         assert!(found(|_| [0.0; 3]).is_empty());

@@ -32,8 +32,11 @@ const HEIGHTS_M: std::ops::RangeInclusive<f64> = -450.0..=9000.0;
 /// Largest fraction of fixes outside [`HEIGHTS_M`] without a finding.
 const OUTSIDE: f64 = 0.3;
 
+/// Coordinates of 47°30' written as 47.30°, in place of a velocity unit: distances are 0.6 of the true ones.
+const MINUTES: &str = "minutes after the decimal point";
 /// Velocity units with their size in m/s.
-const UNITS: [(f64, &str); 6] = [
+const UNITS: [(f64, &str); 7] = [
+    (0.6, MINUTES),
     (0.5144, "knots"),
     (0.4470, "miles per hour"),
     (0.3048, "feet per second"),
@@ -215,6 +218,10 @@ fn wrong_sign(is_certain: bool, found: String) -> SetupFinding {
 }
 
 fn in_unit(sizes: String, unit: &str) -> SetupFinding {
+    if unit == MINUTES {
+        let cause = "coordinates with minutes after the decimal point (ddmm.mmmm divided by 100), expected degrees";
+        return gps(true, sizes, cause, "divide what follows the decimal point by 0.6");
+    }
     let cause = format!("velocity in {unit}, expected m/s");
     gps(true, sizes, &cause, "convert the velocity, or name its unit in mapping.toml")
 }
@@ -384,6 +391,7 @@ mod tests {
             assert!(found.is_empty(), "seed {seed}: {found:?}");
         }
         for (scale, unit) in [
+            (1.0 / 0.6, "minutes after the decimal point"),
             (1.0 / 0.5144, "knots"),
             (3.6, "km/h"),
             (1.0 / 0.3048, "feet per second"),

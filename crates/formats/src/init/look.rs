@@ -321,7 +321,10 @@ fn ensure_text(path: &Path) -> Result<(), LogError> {
     }
     let head = head_of(path)?;
     let found = match format_of(&head) {
-        _ if is_unmappable(&head) => looks_like(&head).to_owned(),
+        _ if is_unmappable(&head) => {
+            let reason = format!("found {}", looks_like(&head));
+            return Err(LogError::Unusable { path: path.to_path_buf(), reason });
+        }
         Some(Format::Text) => return Ok(()),
         None if is_text(&head) => return Ok(()),
         Some(format) => format!("{}, which needs no mapping", format.with_article()),

@@ -28,6 +28,7 @@ mod write;
 
 use std::path::{Path, PathBuf};
 
+use crate::directory::files;
 use crate::text::{Mapping, TableMapping, TimeScale, TimeUnit, World};
 use columns::Understood;
 use hovernav_dataset::{Dataset, LogError, Manifest};
@@ -48,14 +49,13 @@ pub struct Proposal {
 }
 
 impl Proposal {
-    /// Proposes columns, units, axes and signs for `files`. The evidence is column names, magnitudes, gravity, and
+    /// Proposes columns, units, axes and signs for the files `named`. The evidence is column names, magnitudes, gravity, and
     /// rotation shared by gyro, attitude and magnetic field. If several axis choices remain, the filter runs with each,
     /// and the one with the smallest innovations is chosen.
     ///
     /// # Errors
     /// [`LogError`] if a file cannot be read, or no sensor is recognised in it.
-    pub fn of(files: &[PathBuf]) -> Result<Self, LogError> {
-        let named = files;
+    pub fn of(named: &[PathBuf]) -> Result<Self, LogError> {
         let files = expanded(named)?;
         let (mut understood, mut checks, mut first_error) = (Vec::new(), Vec::new(), None);
         for path in &files {
@@ -143,7 +143,8 @@ impl Proposal {
         turn_axes(&mut mapping, &found.turn);
         findings.extend(found.findings);
         checks.extend(found.checks);
-        report::spans(&dataset, &mut findings, &mut checks);
+        let unused = understood.iter().flat_map(|one| one.unused.iter().map(String::as_str));
+        report::spans(&dataset, &Vec::from_iter(unused), &mut findings, &mut checks);
         let tables = mapping.table.iter().zip(&understood);
         let tables =
             tables.map(|(table, one)| report::table(table, &one.unused, &dataset)).collect();
@@ -155,6 +156,12 @@ impl Proposal {
     pub fn has_motion(&self) -> bool {
         let has = |has: fn(&TableMapping) -> bool| self.mapping.table.iter().any(has);
         has(|table| table.gyro.is_some()) && has(|table| table.accel.is_some())
+    }
+
+    /// Whether there are fixes, which the estimator needs.
+    #[must_use]
+    pub fn has_fixes(&self) -> bool {
+        self.mapping.table.iter().any(|table| table.gps.is_some() || table.capture)
     }
 
     /// Writes `mapping.toml` and a commented `dataset.toml` into `directory`, and creates the directory if it
@@ -174,37 +181,17 @@ impl std::fmt::Display for Proposal {
 }
 
 /// `files`, with the text files and captures in each directory instead of the directory.
-fn expanded(files: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
-    const ENDINGS: [&str; 5] = ["csv", "txt", "tsv", "dat", "pos"];
-    /// Largest number of text files in a directory of one log.
-    const MAX_FILES: usize = 100;
+fn expanded(named: &[PathBuf]) -> Result<Vec<PathBuf>, LogError> {
     let mut expanded = Vec::new();
-    for path in files {
+    for path in named {
         if !path.is_dir() {
             expanded.push(path.clone());
             continue;
         }
-        let entries = std::fs::read_dir(path).map_err(LogError::io(path))?;
-        let is_text = |file: &PathBuf| {
-            let ending = file.extension().unwrap_or_default().to_ascii_lowercase();
-            let is_named = ENDINGS.iter().any(|known| ending == *known);
-            file.is_file() && (is_named || columns::is_capture(file))
-        };
-        let mut found: Vec<PathBuf> =
-            entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_text).collect();
-        found.sort();
-        if found.is_empty() || found.len() > MAX_FILES {
-            let reason = match found.len() {
-                0 => format!(
-                    "found no text file, expected one that ends in {}; name files of deeper directories each",
-                    ENDINGS.join(", ")
-                ),
-                count => format!(
-                    "found {count} text files, expected at most {MAX_FILES}, one a sensor: join files of one row \
-                     each, as `paste -d ' ' timestamps.txt <(cat data/*.txt) > oxts.txt` does for KITTI"
-                ),
-            };
-            return Err(LogError::Unusable { path: path.clone(), reason });
+        let found = files(path)?;
+        if found.is_empty() {
+            let reason = "found no text file here or below, expected one that ends in csv, txt, tsv, dat or pos";
+            return Err(LogError::Unusable { path: path.clone(), reason: reason.into() });
         }
         expanded.extend(found);
     }

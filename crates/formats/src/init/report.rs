@@ -129,8 +129,13 @@ pub(crate) fn are_apart(dataset: &Dataset) -> bool {
     fixes.zip(imu).is_some_and(|(fixes, imu)| fixes.1 < imu.0 || fixes.0 > imu.1)
 }
 
-/// Reports the sensors' rates and time spans, and whether the spans overlap.
-pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, checks: &mut Vec<String>) {
+/// Reports the sensors' rates and time spans, and whether the spans overlap. `unused` are the names of unused columns.
+pub(crate) fn spans(
+    dataset: &Dataset,
+    unused: &[&str],
+    findings: &mut Vec<String>,
+    checks: &mut Vec<String>,
+) {
     let imu: Vec<Time> = dataset.imu.iter().map(|sample| sample.time).collect();
     let fixes: Vec<Time> = dataset.fixes.iter().map(|fix| fix.time).collect();
     for (name, times) in [("inertial samples", &imu), ("fixes", &fixes)] {
@@ -153,7 +158,10 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, checks: &mut 
         return;
     }
     if fixes.is_empty() {
-        checks.push("no fixes: the filter needs at least one to start from".into());
+        checks.push(format!(
+            "no fixes: the filter needs at least one to start from{}",
+            local_positions(unused)
+        ));
         return;
     }
     if are_apart(dataset) {
@@ -177,6 +185,43 @@ pub(crate) fn spans(dataset: &Dataset, findings: &mut Vec<String>, checks: &mut 
             rates.poor_hz
         ));
     }
+}
+
+/// The next step, as the end of a sentence, if two columns are positions in metres: projected ones, or those from a
+/// local origin. Otherwise empty.
+fn local_positions(unused: &[&str]) -> String {
+    const PROJECTED: [&str; 2] = ["easting", "northing"];
+    const LOCAL: [[&str; 2]; 6] = [
+        ["east", "north"],
+        ["e", "n"],
+        ["tx", "ty"],
+        ["px", "py"],
+        ["pos x", "pos y"],
+        ["position x", "position y"],
+    ];
+    let named = |part: &str| {
+        unused.iter().find(|name| {
+            let words: Vec<String> = name
+                .to_lowercase()
+                .split(|letter: char| !letter.is_ascii_alphanumeric())
+                .map(str::to_owned)
+                .collect();
+            let part: Vec<&str> = part.split(' ').collect();
+            words.windows(part.len()).any(|found| found == part)
+        })
+    };
+    let pair = |parts: [&str; 2]| named(parts[0]).zip(named(parts[1]));
+    if let Some((east, north)) = pair(PROJECTED) {
+        return format!(
+            ". {east} and {north} are projected coordinates: convert them to latitude and longitude, those of UTM with \
+             `cs2cs EPSG:326ZZ EPSG:4326` (ZZ: zone; 327ZZ in the south), and run `hovernav init` again"
+        );
+    }
+    let Some((x, y)) = LOCAL.into_iter().find_map(pair) else { return String::new() };
+    format!(
+        ". {x} and {y} are positions from a local origin: write columns lat = LAT + north / 111200 and lon = LON + \
+         east / (111300 cos LAT), with LAT and LON of the origin in degrees, and run `hovernav init` again"
+    )
 }
 
 /// Writes the description of each file, then the findings and the points to check.

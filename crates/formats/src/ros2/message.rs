@@ -103,6 +103,9 @@ impl NavSatFix {
     }
 }
 
+/// Status of a receiver without a fix. A driver that does not set the status sends -2 since ROS 2 Jazzy.
+const NO_FIX: i16 = -1;
+
 /// `gps_msgs/GPSFix`.
 fn gps_fix(cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
     header(cdr)?;
@@ -121,7 +124,7 @@ fn gps_fix(cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
     let sigma_m = [covariance[4], covariance[0], covariance[8]].map(f64::sqrt);
     let is_known = cdr.u8()? != 0 && sigma_m.iter().all(|sigma| *sigma > 0.0);
     Some(NavSatFix {
-        has_fix: status >= 0,
+        has_fix: status != NO_FIX,
         latitude_deg,
         longitude_deg,
         height_m,
@@ -140,7 +143,7 @@ fn fix(cdr: &mut Cdr<'_>) -> Option<NavSatFix> {
     let sigma_m = [covariance[4], covariance[0], covariance[8]].map(f64::sqrt);
     let is_positive = sigma_m.iter().all(|sigma| *sigma > 0.0);
     Some(NavSatFix {
-        has_fix: status >= 0,
+        has_fix: i16::from(status) != NO_FIX,
         latitude_deg,
         longitude_deg,
         height_m,

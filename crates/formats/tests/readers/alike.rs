@@ -308,6 +308,28 @@ pub fn warns(dataset: &Dataset, words: &str) -> bool {
 }
 
 #[test]
+fn a_height_of_zero_far_from_all_others_is_no_height_in_every_format() {
+    let mut flight = Flight::at_rest(1.0);
+    for index in [0, 1, 2, 10, 11] {
+        flight.fixes[index].height_m = 0.0;
+    }
+    let mut at_sea = Flight::at_rest(1.0);
+    for (index, row) in at_sea.fixes.iter_mut().enumerate() {
+        row.height_m = 0.1 * index.saturating_sub(9) as f64;
+    }
+    for format in FORMATS {
+        let dataset = written(&flight, format).read();
+        let heights = dataset.fixes.iter().map(|fix| fix.position.height_m);
+        assert!(heights.clone().all(|height_m| height_m > 399.0), "{format}: {heights:?}");
+        let unmeasured = dataset.fixes.iter().filter(|fix| fix.two_dimensional).count();
+        assert_eq!(unmeasured, 5, "{format}");
+        assert!(warns(&dataset, "with a height of 0"), "{format}: {:?}", dataset.warnings);
+        let dataset = written(&at_sea, format).read();
+        assert!(dataset.fixes.iter().all(|fix| !fix.two_dimensional), "{format}");
+    }
+}
+
+#[test]
 fn every_format_rejects_what_is_no_fix() {
     let mut flight = Flight::at_rest(1.0);
     for row in &mut flight.fixes[..3] {

@@ -166,3 +166,19 @@ fn an_infinite_height_is_unknown() {
         assert!(dataset.fixes[5].two_dimensional);
     }
 }
+
+/// Drivers that set no status send -2 since ROS 2 Jazzy; without a fix the status is -1.
+#[test]
+fn a_status_that_is_not_set_is_a_fix() {
+    let mut flight = Flight::at_rest(1.0);
+    flight.fixes.iter_mut().for_each(|row| row.has_fix = false);
+    // Without chunks, whose checksums a change would invalidate.
+    let mut bytes = plain(&flight, |_| Vec::new());
+    assert_eq!(read(&bytes).fixes.len(), 0);
+    for at in 0..bytes.len() {
+        if bytes[at..].starts_with(&[b'a', b'b', b'c', 0, 0xFF, 0, 1, 0]) {
+            bytes[at + 4] = 0xFE;
+        }
+    }
+    assert_eq!(read(&bytes).fixes.len(), 20);
+}

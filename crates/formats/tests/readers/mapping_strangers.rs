@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use hovernav_formats::Proposal;
+use hovernav_formats::{Options, Proposal, open};
 
 use crate::mapped::mapped;
 
@@ -171,4 +171,97 @@ fn a_file_that_is_named_is_no_settings_file_and_its_error_is_reported() {
     }
     write("imu.csv", &imu.1);
     assert!(Proposal::of(&[place.path().to_path_buf()]).is_ok());
+}
+
+/// `level_drive` in a directory `place`, one file of each name for a sensor.
+fn drive_in(place: &std::path::Path, names: [&str; 2]) {
+    let drive = level_drive("time_s,lat,lon,height,speed,course", "");
+    for (name, (_, text)) in names.into_iter().zip(drive) {
+        let path = place.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+}
+
+#[test]
+fn a_directory_of_one_log_in_subdirectories_is_read() {
+    for names in [
+        ["mav0/imu0/data.csv", "mav0/gps0/data.csv"],
+        ["flight/imu.csv", "flight/gps.csv"],
+        ["imu/0.txt", "gnss/0.txt"],
+    ] {
+        let place = tempfile::tempdir().unwrap();
+        drive_in(place.path(), names);
+        drive_in(place.path(), ["mav0/cam0/data.csv", "mav0/state_groundtruth0/data.csv"]);
+        let proposal = Proposal::of(&[place.path().to_path_buf()]).unwrap();
+        assert!(proposal.has_motion() && proposal.has_fixes(), "{names:?}: {proposal}");
+        let error = open(place.path(), &Options::default()).unwrap_err().to_string();
+        assert!(error.contains("Run `hovernav init"), "{names:?}: {error}");
+    }
+}
+
+#[test]
+fn a_directory_of_several_logs_or_of_a_file_for_each_row_is_refused_with_the_next_step() {
+    let refused = |path: &std::path::Path| {
+        let error = Proposal::of(&[path.to_path_buf()]).unwrap_err().to_string();
+        assert_eq!(open(path, &Options::default()).unwrap_err().to_string(), error);
+        error
+    };
+    let place = tempfile::tempdir().unwrap();
+    drive_in(place.path(), ["monday/imu.csv", "monday/gps.csv"]);
+    drive_in(place.path(), ["tuesday/imu.csv", "tuesday/gps.csv"]);
+    let error = refused(place.path());
+    assert!(error.contains("in 2 subdirectories") && error.contains("tuesday"), "{error}");
+    let place = tempfile::tempdir().unwrap();
+    let oxts = place.path().join("drive_0001/oxts");
+    fs::create_dir_all(oxts.join("data")).unwrap();
+    for k in 0..150 {
+        fs::write(oxts.join(format!("data/{k:010}.txt")), "49.0 8.4 112.8 0.02 0.01\n").unwrap();
+    }
+    for name in ["timestamps.txt", "dataformat.txt"] {
+        fs::write(oxts.join(name), "2011-09-26 13:02:25.594360375\n").unwrap();
+    }
+    for path in [place.path(), &oxts, &oxts.join("data")] {
+        let error = refused(path);
+        assert!(error.contains("oxts/timestamps.txt <(cat "), "{error}");
+        assert!(error.contains("`hovernav init oxts.txt`"), "{error}");
+    }
+}
+
+#[test]
+fn positions_in_metres_and_messages_without_times_are_refused_with_the_next_step() {
+    for (names, step) in [
+        ("utm_easting,utm_northing,alt,speed,course", "cs2cs"),
+        ("east_m,north_m,up_m,speed,course", "lat = LAT + north"),
+        ("pos_x,pos_y,pos_z,speed,course", "lat = LAT + north"),
+    ] {
+        let [imu, (_, fixes)] = level_drive(&format!("time_s,{names}"), "");
+        let fixes = fixes.replace(",47.", ",5220");
+        let (report, ..) = mapped(&[imu, ("gps.csv", fixes)]);
+        assert!(report.contains(step), "{report}");
+    }
+    let place = tempfile::tempdir().unwrap();
+    let path = place.path().join("vn.txt");
+    let lines =
+        "$VNIMU,-0.13,+0.02,+0.44,-0.02,+0.02,-9.81,+0.01,+0.02,+0.03,+25.0,+101.325*62\r\n";
+    fs::write(&path, lines.repeat(20)).unwrap();
+    for error in [
+        Proposal::of(std::slice::from_ref(&path)).unwrap_err().to_string(),
+        open(&path, &Options::default()).unwrap_err().to_string(),
+    ] {
+        assert!(error.contains("VectorNav") && error.contains("Control Center"), "{error}");
+    }
+}
+
+#[test]
+fn a_directory_above_a_log_names_it_and_remarks_are_no_tables() {
+    let place = tempfile::tempdir().unwrap();
+    fs::write(place.path().join("out.txt"), "printed 1 2 3\n").unwrap();
+    let error = || open(place.path(), &Options::default()).unwrap_err().to_string();
+    assert!(error().contains("imu.csv: no such file"), "{}", error());
+    fs::remove_file(place.path().join("out.txt")).unwrap();
+    let log = place.path().join("monday");
+    fs::create_dir(&log).unwrap();
+    fs::write(log.join("imu.csv"), "t_s,gyro_x_radps\n0,0\n").unwrap();
+    assert!(error().ends_with(&format!("expected its log {}", log.display())), "{}", error());
 }
