@@ -2,7 +2,9 @@
 
 use std::hint::black_box;
 
-use hovernav::ekf::covariance::{Covariance, Joint, MAX, Sensitivities, Sensitivity, Transition};
+use hovernav::ekf::covariance::{
+    Covariance, Joint, MAX_AXES, Sensitivities, Sensitivity, Transition,
+};
 use hovernav::ekf::layout::{Base, Full, Layout, WithoutHeightAids};
 use hovernav::ekf::{AntennaHeadingModel, Ekf, Estimator, NoHeadingSearch, Rangefinder};
 use hovernav::event::{BaroReading, Event, RangeReading};
@@ -84,7 +86,7 @@ pub fn update<L: Layout<N>, const N: usize>(
 ) {
     let [north, east, down] = arms;
     let axes = [Some(north), Some(east), Some(down), None, None, None];
-    let mut joint = Joint::<L, f64, N>::new(Sensitivities::Each(axes), [0.0; MAX]);
+    let mut joint = Joint::<L, f64, N>::new(Sensitivities::Each(axes), [0.0; MAX_AXES]);
     joint.project(p, 0);
     for axis in 0..arms.len() {
         joint.fuse(p, axis, 1.0, joint.sigma(axis, 1.0), &mut |_, _, _| {});

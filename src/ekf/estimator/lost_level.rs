@@ -6,7 +6,7 @@
 //! first alignment. The fixes determine the direction of the specific force independently of the filter.
 
 use super::lost_heading::open_about;
-use super::phase::{Level, Phase};
+use super::phase::{Phase, TiltCheck};
 use super::{Estimator, FOUND_SIGMA_RAD, Notice};
 use crate::ekf::heading_search::HeadingMethod;
 use crate::ekf::kernel::layout::{ACCEL_BIAS, GYRO_BIAS, Layout};
@@ -36,7 +36,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     pub(super) fn start_tilt_check(&mut self) {
         if H::SEARCHES && self.filter.config.mechanisms.lost_level {
             self.aligner.restart();
-            self.level = Level::Doubted;
+            self.tilt_check = TiltCheck::Running;
         }
     }
 
@@ -55,10 +55,10 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         if !(H::SEARCHES && self.filter.config.mechanisms.lost_level && is_fresh && moves) {
             return;
         }
-        if self.level == Level::Doubted {
+        if self.tilt_check == TiltCheck::Running {
             self.continue_tilt_check(fix, trace, notify);
         } else if self.filter.memory.gates.is_filter_suspect(fix.time) && rejects_velocity(report) {
-            self.level = Level::Doubted;
+            self.tilt_check = TiltCheck::Running;
             self.aligner.restart_at(fix, self.filter.state.time);
         }
     }
@@ -84,13 +84,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.aligner.restart_at(fix, self.filter.state.time);
         let [sigma_rad, ..] = alignment.start.attitude_sigma_rad.to_array();
         if alignment.attitude_given || fix.horizontal_velocity_mps.is_none() {
-            self.level = Level::Believed;
+            self.tilt_check = TiltCheck::Idle;
             return;
         }
         if sigma_rad > SURE_RAD {
             return;
         }
-        self.level = Level::Believed;
+        self.tilt_check = TiltCheck::Idle;
         let Some(off_rad) = self.force_direction_error_rad(&alignment) else { return };
         if off_rad > LOST_RAD.max(OUTLIER_SIGMAS * sigma_rad) {
             self.restart_from(&alignment, trace);
@@ -119,11 +119,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
         self.filter.memory.gates.heading_replaced = self.filter.state.time;
         self.wheels.forget();
         if is_open {
-            self.level = Level::Lost;
+            self.tilt_check = TiltCheck::Failed;
             self.filter.memory.attitude_lost = Some(self.filter.state.time);
             self.search_all(&start, alignment.axis);
         } else {
-            self.filter.open_heading(FOUND_SIGMA_RAD);
+            self.filter.raise_heading_sigma(FOUND_SIGMA_RAD);
             self.phase = Phase::Navigating;
             self.monitor_heading();
         }

@@ -31,7 +31,7 @@ use crate::matrix::square;
 use crate::scalar::{Scalar, single};
 use crate::setup::SetupCheck;
 use crate::time::Time;
-use phase::{Level, Phase};
+use phase::{Phase, TiltCheck};
 
 /// Estimator from events to solutions: alignment, a heading search if necessary, then the filter.
 ///
@@ -111,7 +111,7 @@ pub struct Estimator<L = Full, const N: usize = 28, T = f64, H = HeadingSearch<T
     last_reported: Option<(Geodetic, Option<[f64; 2]>, Option<f64>)>,
     /// Whether the last fix is a repetition although the vehicle moves.
     is_frozen: bool,
-    level: Level,
+    tilt_check: TiltCheck,
     wheels: WheelWatch,
     /// Time of the last suspect sample, which limits the rate of notices.
     suspected: Time,
@@ -172,7 +172,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             waiting_fixes: [None; MAX_WAITING],
             last_reported: None,
             is_frozen: false,
-            level: Level::Believed,
+            tilt_check: TiltCheck::Idle,
             wheels: WheelWatch::of(config.vehicle_kind),
             suspected: Time::NEVER,
         }
@@ -212,7 +212,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
             self.align(event, notify);
             return;
         }
-        if H::SEARCHES && self.level == Level::Doubted && !matches!(event, Event::Gps(_)) {
+        if H::SEARCHES && self.tilt_check == TiltCheck::Running && !matches!(event, Event::Gps(_)) {
             self.aligner.push(event);
         }
         match event {
@@ -251,7 +251,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     /// The filter, for a measurement of the heading. Returns an error while the heading is unknown. A repeated search
     /// is an exception: the measurement can end it, unless roll and pitch were lost too.
     fn navigating(&mut self) -> Result<&mut Ekf<L, N, T>, Unusable> {
-        let can_end_search = self.is_searching_again() && self.level != Level::Lost;
+        let can_end_search = self.is_searching_again() && self.tilt_check != TiltCheck::Failed;
         if self.phase == Phase::Navigating || can_end_search {
             Ok(&mut self.filter)
         } else {

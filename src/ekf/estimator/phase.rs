@@ -10,11 +10,11 @@ pub(super) enum Phase {
 
 /// State of the check of roll and pitch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Level {
+pub(super) enum TiltCheck {
     /// No evidence against roll and pitch.
-    Believed,
+    Idle,
     /// A second alignment is running.
-    Doubted,
+    Running,
     /// Roll and pitch were wrong, and are searched together with the heading.
-    Lost,
+    Failed,
 }

@@ -62,12 +62,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let baro = L::BARO.map(|state| (state, self.covariance.variance(state)));
         self.covariance.clear();
         self.memory.unpropagated = None;
-        self.open(ATTITUDE, [MAX_HIDDEN_RAD; 3]);
-        self.open(VELOCITY, [RESET_VELOCITY_MPS; 3]);
-        self.open(POSITION, [RESET_POSITION_M; 3]);
-        self.open(GYRO_BIAS, [self.config.imu.gyro_bias_sigma_radps; 3]);
-        self.open(ACCEL_BIAS, [self.config.imu.accel_bias_sigma_mps2; 3]);
-        self.open_blocks();
+        self.set_sigmas(ATTITUDE, [MAX_HIDDEN_RAD; 3]);
+        self.set_sigmas(VELOCITY, [RESET_VELOCITY_MPS; 3]);
+        self.set_sigmas(POSITION, [RESET_POSITION_M; 3]);
+        self.set_sigmas(GYRO_BIAS, [self.config.imu.gyro_bias_sigma_radps; 3]);
+        self.set_sigmas(ACCEL_BIAS, [self.config.imu.accel_bias_sigma_mps2; 3]);
+        self.set_block_sigmas();
         if let Some((state, variance)) = baro {
             self.covariance.set_variance(state, variance);
         }
@@ -76,8 +76,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     }
 
     /// Raises the one-sigma of the heading to at least `sigma_rad`.
-    pub(in crate::ekf) fn open_heading(&mut self, sigma_rad: f64) {
-        self.covariance.open_to(ATTITUDE + 2, sigma_rad);
+    pub(in crate::ekf) fn raise_heading_sigma(&mut self, sigma_rad: f64) {
+        self.covariance.raise_sigma(ATTITUDE + 2, sigma_rad);
     }
 
     /// Turns the heading by `turn_rad`, sets its one-sigma to `sigma_rad`, and resets the variances of roll, pitch and
@@ -85,8 +85,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub(in crate::ekf) fn turn_heading(&mut self, time: Time, turn_rad: f64, sigma_rad: f64) {
         let turn = Vector::new(T::ZERO, T::ZERO, T::of(turn_rad));
         self.state.body_to_ned = self.state.body_to_ned.turned_in_to(turn).renormalised();
-        self.open(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
-        self.open(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
+        self.set_sigmas(ATTITUDE, [TURNED_TILT_RAD, TURNED_TILT_RAD, sigma_rad]);
+        self.set_sigmas(VELOCITY, [TURNED_VELOCITY_MPS; 3]);
         self.memory.heading.disagreed_at = Some(time);
         self.memory.heading_revision.replaced(turn_rad);
         self.memory.attitude_watch.corrected([0.0, 0.0, turn_rad as f32]);
@@ -150,7 +150,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// # Source
     /// Equation (K19) of docs/equations.md.
     #[inline(never)]
-    pub(in crate::ekf) fn open_biases(&mut self, stepped: Stepped, trace: &mut impl Trace<T, N>) {
+    pub(in crate::ekf) fn raise_bias_sigmas(
+        &mut self,
+        stepped: Stepped,
+        trace: &mut impl Trace<T, N>,
+    ) {
         let imu = &self.config.imu;
         // Factors on the usual one-sigmas of the biases. A horizontal step within the gate may come from a gyro or an
         // accelerometer.
@@ -191,7 +195,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Adds `variance` to the variance of a parameter.
     #[inline(never)]
-    pub(in crate::ekf) fn open_parameter(
+    pub(in crate::ekf) fn add_parameter_variance(
         &mut self,
         state: usize,
         variance: f64,
@@ -204,7 +208,11 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     /// Raises the variance of the gyro biases to at least `variance`, (rad/s)².
     #[inline(never)]
-    pub(in crate::ekf) fn open_gyro_bias(&mut self, variance: f64, trace: &mut impl Trace<T, N>) {
+    pub(in crate::ekf) fn raise_gyro_bias_variance(
+        &mut self,
+        variance: f64,
+        trace: &mut impl Trace<T, N>,
+    ) {
         self.catch_up(trace);
         let missing = |axis| (variance - self.covariance.variance(GYRO_BIAS + axis)).max(0.0);
         self.apply(Relaxation::opening(GYRO_BIAS, [0, 1, 2].map(missing)), trace);

@@ -81,8 +81,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.memory = Memory::before_first_reading(&self.config);
         self.samples = Samples::NONE;
         self.restart_base(start);
-        self.open_blocks();
-        self.open_wander_of_start(start);
+        self.set_block_sigmas();
+        self.set_wander_of_start(start);
     }
 
     /// Replaces state and covariance by the values of `start`, with the accelerometer bias unknown.
@@ -91,13 +91,13 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         self.covariance.clear();
         self.set_block(GYRO_BIAS, start.gyro_bias_radps.cast().to_array());
         self.set_block(ACCEL_BIAS, [T::ZERO; 3]);
-        self.open(ATTITUDE, start.attitude_sigma_rad.to_array());
-        self.open(VELOCITY, start.velocity_sigma_mps.to_array());
-        self.open(POSITION, start.position_sigma_m.to_array());
+        self.set_sigmas(ATTITUDE, start.attitude_sigma_rad.to_array());
+        self.set_sigmas(VELOCITY, start.velocity_sigma_mps.to_array());
+        self.set_sigmas(POSITION, start.position_sigma_m.to_array());
         let imu = self.config.imu;
         let gyro_sigma = start.gyro_bias_sigma_radps.unwrap_or(imu.gyro_bias_sigma_radps);
-        self.open(GYRO_BIAS, [gyro_sigma; 3]);
-        self.open(ACCEL_BIAS, [imu.accel_bias_sigma_mps2; 3]);
+        self.set_sigmas(GYRO_BIAS, [gyro_sigma; 3]);
+        self.set_sigmas(ACCEL_BIAS, [imu.accel_bias_sigma_mps2; 3]);
     }
 
     /// Raises the variances of the slow GPS errors at a start. Position and velocity of a start come from a fix. Their
@@ -105,7 +105,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     ///
     /// # Source
     /// Equation (K14) of docs/equations.md.
-    fn open_wander_of_start(&mut self, start: &Start) {
+    fn set_wander_of_start(&mut self, start: &Start) {
         let model = self.config.gps;
         let shares = (model.position_wander_share, model.velocity_wander_share);
         let [north_m, east_m, down_m] = start.position_sigma_m.to_array();
@@ -114,7 +114,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let down_m = if down_m < UNKNOWN_HEIGHT_M { down_m } else { usual_m };
         let position = Vector::new(north_m, east_m, down_m);
         let [position_h, _, position_v] = match L::GPS_POSITION {
-            Some(first) => self.open_block_of_start(first, POSITION, shares.0, position, true),
+            Some(first) => self.set_slow_errors_of_start(first, POSITION, shares.0, position, true),
             None => [0.0; 3],
         };
         // A start velocity from another source than a fix has a far larger one-sigma.
@@ -122,7 +122,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let velocity =
             if from_fix { start.velocity_sigma_mps } else { model.velocity_sigma_mps().into() };
         let [velocity_h, _, velocity_v] = match L::GPS_VELOCITY {
-            Some(first) => self.open_block_of_start(first, VELOCITY, shares.1, velocity, from_fix),
+            Some(first) => {
+                self.set_slow_errors_of_start(first, VELOCITY, shares.1, velocity, from_fix)
+            }
             None => [0.0; 3],
         };
         self.memory.gps_wander =
@@ -132,7 +134,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     /// Sets the one-sigmas of three slow errors, from state `first` on, to the fraction `share`, at most 0.99, of
     /// `sigma`. If `from_fix`, correlates each with the error of the state that the fix has set. These states start at
     /// index `of`. Returns the one-sigmas of the slow errors.
-    fn open_block_of_start(
+    fn set_slow_errors_of_start(
         &mut self,
         first: usize,
         of: usize,
@@ -141,19 +143,19 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         from_fix: bool,
     ) -> [f64; 3] {
         let sigmas = sigma.to_array().map(|sigma| share.min(0.99) * sigma);
-        self.open(first, sigmas);
+        self.set_sigmas(first, sigmas);
         for (axis, sigma) in sigmas.into_iter().enumerate().filter(|_| from_fix) {
             self.covariance.set_cross(of + axis, first + axis, -square(sigma));
         }
         sigmas
     }
 
-    pub(super) fn open_blocks(&mut self) {
+    pub(super) fn set_block_sigmas(&mut self) {
         let config = self.config;
         if let Some(first) = L::ATTITUDE_REFERENCE {
             let tilt = config.attitude.tilt_wander_rad;
             let [heading, _] = self.memory.heading_wander;
-            self.open(first, [tilt, tilt, heading]);
+            self.set_sigmas(first, [tilt, tilt, heading]);
         }
         if let Some(state) = L::LATENCY {
             self.covariance.set_variance(state, square(config.gps.position_latency_sigma_s));
@@ -166,7 +168,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
     }
 
-    pub(super) fn open(&mut self, first: usize, sigmas: [f64; 3]) {
+    pub(super) fn set_sigmas(&mut self, first: usize, sigmas: [f64; 3]) {
         for (axis, sigma) in sigmas.into_iter().enumerate() {
             self.covariance.set_variance(first + axis, square(sigma));
         }

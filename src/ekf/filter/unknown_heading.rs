@@ -120,7 +120,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 }
             }
         }
-        self.open_heading(motion.heading_sigma_rad);
+        self.raise_heading_sigma(motion.heading_sigma_rad);
         // The velocity of the search contains the slow velocity errors of the fixes. The variance of the position is at
         // least that of its slow error.
         let [place, _, slow, _] = self.memory.gps_wander.unwrap_or_default().map(f64::from);
@@ -130,7 +130,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 self.reset_parameter(state, square(slow));
                 self.covariance.set_cross(VELOCITY + axis, state, -square(slow));
             }
-            self.covariance.open_to(POSITION + axis, place);
+            self.covariance.raise_sigma(POSITION + axis, place);
         }
         trace.reset(0..N);
         trace.turned(turned.cast());
@@ -150,9 +150,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             return false;
         }
         let turned_rad = wrap_angle((self.state.body_to_ned.heading_rad() - before_rad).wide());
-        self.open_heading(min_rad);
+        self.raise_heading_sigma(min_rad);
         for axis in [ATTITUDE, ATTITUDE + 1] {
-            self.covariance.open_to(axis, FOUND_TILT_RAD);
+            self.covariance.raise_sigma(axis, FOUND_TILT_RAD);
         }
         self.memory.heading_revision.replaced(turned_rad);
         self.memory.attitude_lost = None;

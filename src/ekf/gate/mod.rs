@@ -158,12 +158,12 @@ impl Gate {
     };
 
     /// Whether the gate has ever been open.
-    fn was_open(&self) -> bool {
+    fn has_accepted(&self) -> bool {
         self.accepted != Time::NEVER
     }
 
     /// Whether the gate was open within the last [`ABSENCE_S`].
-    fn was_open_lately(&self, time: Time) -> bool {
+    fn has_accepted_lately(&self, time: Time) -> bool {
         time - self.accepted <= ABSENCE_S
     }
 }
@@ -282,7 +282,7 @@ impl Gates {
     pub fn accepted(&mut self, group: Group, time: Time, off: &Off, spread: f64) {
         let Some(gate) = self.gates.get_mut(group as usize) else { return };
         let since_s = (time - gate.accepted).clamp(0.0, BETWEEN_FIXES_S) as f32;
-        let (was_open, rejections) = (gate.was_open(), gate.rejections);
+        let (has_accepted, rejections) = (gate.has_accepted(), gate.rejections);
         gate.accepted = time;
         gate.rejections = 0;
         gate.spread += NEWEST * (spread as f32 - gate.spread);
@@ -291,7 +291,7 @@ impl Gates {
         if rejections >= MIN_REJECTIONS {
             place.previous.leave(off.single(), place.fused_s, false);
         }
-        if !was_open {
+        if !has_accepted {
             return;
         }
         place.fused_s += since_s;
@@ -353,9 +353,9 @@ impl Gates {
 
     /// Notes a rejected position. Before the first accepted fix, the start position or the fix may be right: the fix
     /// becomes the second hypothesis.
-    pub fn doubt_start(&mut self, group: Group, off: &Off) {
-        let was_open = self.gate(group).was_open();
-        if let Some(place) = self.place(group).filter(|_| !was_open) {
+    pub fn note_rejected_position(&mut self, group: Group, off: &Off) {
+        let has_accepted = self.gate(group).has_accepted();
+        if let Some(place) = self.place(group).filter(|_| !has_accepted) {
             place.previous.keep(off.single(), 1.0, true);
         }
     }
@@ -376,7 +376,7 @@ impl Gates {
     /// Whether a group was accepted at its last measurement, within the last [`ABSENCE_S`].
     pub fn is_open(&self, group: Group, time: Time) -> bool {
         let gate = self.gate(group);
-        gate.rejections == 0 && gate.was_open_lately(time)
+        gate.rejections == 0 && gate.has_accepted_lately(time)
     }
 
     /// How long ago a group was last accepted, s.
@@ -387,12 +387,12 @@ impl Gates {
     /// Whether a group has no recent measurement, neither accepted nor rejected.
     pub fn is_absent(&self, group: Group, time: Time) -> bool {
         let gate = self.gate(group);
-        gate.rejections == 0 && !gate.was_open_lately(time)
+        gate.rejections == 0 && !gate.has_accepted_lately(time)
     }
 
     /// Whether the last accepted fix is too old to bound the filter's error.
     pub fn lack_fixes(&self, time: Time) -> bool {
-        self.gates.iter().take(Group::GPS).all(|gate| !gate.was_open_lately(time))
+        self.gates.iter().take(Group::GPS).all(|gate| !gate.has_accepted_lately(time))
     }
 }
 

@@ -61,7 +61,7 @@ impl Gates {
         if !reopens {
             return None;
         }
-        let lost_s = time - if gate.was_open() { gate.accepted } else { gate.since };
+        let lost_s = time - if gate.has_accepted() { gate.accepted } else { gate.since };
         let filter_had_diverged = gate.filter_has_diverged;
         *gate = Gate { accepted: time, ..Gate::NONE };
         if let Some(bias) = self.height_bias_mut(group) {
@@ -111,7 +111,7 @@ impl Gates {
             velocity_agrees: match group {
                 // A single rejected velocity among accepted ones is no disagreement.
                 Group::HorizontalPosition => {
-                    self.gate(Group::HorizontalVelocity).was_open_lately(time)
+                    self.gate(Group::HorizontalVelocity).has_accepted_lately(time)
                 }
                 // A biased vertical velocity follows the height.
                 Group::VerticalPosition => self.agrees(Group::VerticalVelocity, time),
@@ -178,12 +178,12 @@ impl Gate {
             self.since = time;
         }
         if self.rejections == 0 {
-            let was_open_lately = self.was_open_lately(time);
+            let has_accepted_lately = self.has_accepted_lately(time);
             // No divergence of the filter makes a position jump while the velocity agrees.
             let reach_m = JUMP_M + JUMP_MPS * (time - self.accepted);
-            let jumped = evidence.velocity_agrees && was_open_lately && off.abs() > reach_m;
+            let jumped = evidence.velocity_agrees && has_accepted_lately && off.abs() > reach_m;
             self.since = time;
-            let may_be_lost = evidence.suspect || !was_open_lately || self.spread > DIVERGING;
+            let may_be_lost = evidence.suspect || !has_accepted_lately || self.spread > DIVERGING;
             self.filter_has_diverged = !jumped && may_be_lost;
         }
         self.rejections = self.rejections.saturating_add(1);

@@ -16,7 +16,7 @@ use crate::ekf::outcome::report::{Report, Unusable};
 use crate::ekf::watch::OUTLIER_SIGMAS;
 use crate::ekf::watch::antenna::AntennaOffset;
 use crate::ekf::watch::excess::Stepped;
-use crate::ekf::watch::self_contradiction::Expected;
+use crate::ekf::watch::self_contradiction::FixSigmas;
 use crate::frames::{Ned, Vector};
 use crate::gps::Fix;
 use crate::ins::LeverArm;
@@ -31,12 +31,12 @@ const LEARNED_MIN: f64 = 0.1;
 
 /// Ratio of learned to stated one-sigma up to which the stated one is unchanged. Larger ratios are divided by this
 /// value.
-const BY_CHANCE: f64 = 1.15;
+const UNCHANGED_RATIO: f64 = 1.15;
 
-/// Factor on the position's one-sigma σ in the limit above which a shift is a drift: √((`WALK_SIGMAS` σ)² + `WALK_M`²).
-const WALK_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
+/// Factor on the position's one-sigma σ in the limit above which a shift is a drift: √((`MAX_SHIFT_SIGMAS` σ)² + `MAX_SHIFT_M`²).
+const MAX_SHIFT_SIGMAS: f32 = 2.0 * core::f32::consts::SQRT_2;
 /// Constant part of the largest position shift that is not a drift, m.
-const WALK_M: f32 = 5.0;
+const MAX_SHIFT_M: f32 = 5.0;
 
 /// Cosine of the largest tilt of a nearly level vehicle.
 const NEARLY_LEVEL_COSINE: f32 = 0.8;
@@ -61,7 +61,7 @@ const VELOCITIES: [Channel; 3] =
 /// Factor by which stated one-sigmas are enlarged, at least 1. `learned` is the ratio of the learned to the stated
 /// one-sigma.
 fn stated_times(learned: f64) -> f64 {
-    (learned / BY_CHANCE).max(1.0)
+    (learned / UNCHANGED_RATIO).max(1.0)
 }
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
@@ -199,7 +199,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             || self.samples.self_contradiction.is_suspected()
             || (self.memory.gates.has_velocity_diverged(fix.time) && !is_far);
         if mechanisms.bias_steps && stepped != Stepped::default() && !otherwise {
-            self.open_biases(stepped, trace);
+            self.raise_bias_sigmas(stepped, trace);
             report.biases_opened = true;
         }
         Ok(())
@@ -255,7 +255,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         }
         let own_mps = self.state.velocity_mps.cast();
         let watch = &mut self.samples.self_contradiction;
-        watch.push(fix, own_mps, &Expected { position_m, velocity_mps, gravity_mps2 });
+        watch.push(fix, own_mps, &FixSigmas { position_m, velocity_mps, gravity_mps2 });
         self.memory.gates.contradiction =
             Contradiction { suspected: watch.is_suspected(), proven: watch.is_proven() };
     }
@@ -273,7 +273,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         };
         let stated = |sigma: Vector<Ned>| sigma.x().max(sigma.y()) as f32;
         let sigma_m = fix.position_sigma_m.map_or_else(assumed, stated);
-        let least_m = libm::hypotf(WALK_SIGMAS * sigma_m, WALK_M);
+        let least_m = libm::hypotf(MAX_SHIFT_SIGMAS * sigma_m, MAX_SHIFT_M);
         self.memory.gates.observe_position_shift(fix.time, moved_m, least_m)
     }
 

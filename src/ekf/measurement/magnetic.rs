@@ -67,7 +67,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if change.turn == Some(Turn::Lasting) {
             self.suspect_heading(self.estimate(error).wide(), trace);
         } else {
-            self.open_parameter(error, f64::from(square(change.sigma_rad)), trace);
+            self.add_parameter_variance(error, f64::from(square(change.sigma_rad)), trace);
         }
         if change.turn == Some(Turn::Settled) && self.memory.heading_revision.is_magnetic {
             // The field at the start was disturbed, and so the heading was wrong: it is measured again.
@@ -137,7 +137,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         if is_first || lost {
             // Until now the state was the slow error of an attitude reference.
             let missing = square(wander_rad) - self.covariance.variance(first);
-            self.open_parameter(first, missing.max(0.0), trace);
+            self.add_parameter_variance(first, missing.max(0.0), trace);
         }
         let error = wrap_angle(T::of(declination_rad) - field.azimuth_rad());
         let off = wrap_angle(error - self.estimate(first));

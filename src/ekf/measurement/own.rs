@@ -1,7 +1,7 @@
 //! Measurements of sensors that this crate does not know: the trait that a user implements.
 
 use crate::earth::Geodetic;
-use crate::ekf::kernel::covariance::MAX;
+use crate::ekf::kernel::covariance::MAX_AXES;
 use crate::ekf::output::solution::Solution;
 use crate::frames::{Body, Ned, Rotation, Vector};
 use crate::time::Time;
@@ -200,7 +200,7 @@ impl Row {
 /// The rows of one reading, at most six.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rows {
-    rows: [Option<Row>; MAX],
+    rows: [Option<Row>; MAX_AXES],
     overflowed: bool,
 }
 

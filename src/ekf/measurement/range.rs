@@ -65,12 +65,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let white_m = reading.sigma_m.unwrap_or(model.noise_m).max(MIN_NOISE_M);
         let noise = square(white_m) + square(model.noise_share * range_m);
         let height_m = if let Some(height_m) = self.memory.ground.height_m {
-            self.open_parameter(state, square(model.ground_walk_m) * wandered_m, trace);
+            self.add_parameter_variance(state, square(model.ground_walk_m) * wandered_m, trace);
             height_m
         } else {
             let variance = self.covariance.variance(POSITION + 2) + noise;
             self.reset_parameter(state, 0.0);
-            self.open_parameter(state, square(OPENED) * variance, trace);
+            self.add_parameter_variance(state, square(OPENED) * variance, trace);
             *self.memory.ground.height_m.insert(own_m - hit.z())
         };
         let per_metre = 1.0 / beam.z();
@@ -83,7 +83,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         let variance = self.covariance.project(&sensitivity).1.wide() + noise;
         let steps = square(STEP_SIGMAS)..=square(self.config.gate.sigmas);
         if steps.contains(&(square(innovation) / variance)) {
-            self.open_parameter(state, square(innovation), trace);
+            self.add_parameter_variance(state, square(innovation), trace);
         }
         let (innovation, noise) = (T::of(innovation), T::of(noise));
         let range = ScalarMeasurement::new(Channel::Range, innovation, noise, sensitivity);

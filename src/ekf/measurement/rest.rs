@@ -35,7 +35,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
     pub fn update_at_rest(&mut self, trace: &mut impl Trace<T, N>) -> Option<Report> {
         if self.samples.rest.moves_off() && self.config.mechanisms.rested_bias {
             let assumed = square(self.config.imu.gyro_bias_sigma_radps);
-            self.open_gyro_bias(self.memory.bias_shift.variance(assumed), trace);
+            self.raise_gyro_bias_variance(self.memory.bias_shift.variance(assumed), trace);
             self.memory.bias_shift.rests = false;
         }
         let rate =

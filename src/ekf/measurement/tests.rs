@@ -266,7 +266,7 @@ fn a_barometer_sees_the_height_and_its_own_slow_error() {
 #[test]
 fn a_barometer_whose_level_is_that_of_the_first_height_tells_nothing_of_it() {
     let mut filter = filter(&[0.0; N], None);
-    filter.open_blocks();
+    filter.set_block_sigmas();
     filter.covariance.set_variance(POSITION + 2, 36.0);
     for reading in 0..100 {
         let height_m = 500.0 + 1e-3 * f64::from(reading % 2);
@@ -282,7 +282,7 @@ fn a_barometer_whose_level_is_that_of_the_first_height_tells_nothing_of_it() {
 #[test]
 fn a_magnetometer_leaves_the_heading_as_unsure_as_its_own_slow_error() {
     let mut filter = filter(&[0.0; N], None);
-    filter.open_blocks();
+    filter.set_block_sigmas();
     filter.covariance.set_variance(ATTITUDE + 2, 0.02);
     let field = filter.state.body_to_ned.inverse() * Vector::new(0.2, 0.0, 0.4);
     let model = filter.config.magnetometer;

@@ -173,7 +173,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                 Verdict::Reset
             } else {
                 if self.config.mechanisms.previous_position {
-                    self.memory.gates.doubt_start(group, &off);
+                    self.memory.gates.note_rejected_position(group, &off);
                 }
                 Verdict::Rejected
             };

@@ -51,7 +51,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
                     self.follow_wander(before, &mut wander, trace);
                 }
             }
-            None => self.open_wanders(wander),
+            None => self.set_wander_sigmas(wander),
         }
         self.memory.gps_wander = Some(wander.map(|sigma| sigma as f32));
         GpsNoise { position_variance, velocity_variance }
@@ -96,12 +96,12 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 
     // Not inlined, so that its stack frame is not part of every fix's.
     #[inline(never)]
-    fn open_wanders(&mut self, [position_h, position_v, velocity_h, velocity_v]: [f64; 4]) {
+    fn set_wander_sigmas(&mut self, [position_h, position_v, velocity_h, velocity_v]: [f64; 4]) {
         if let Some(first) = L::GPS_POSITION {
-            self.open(first, [position_h, position_h, position_v]);
+            self.set_sigmas(first, [position_h, position_h, position_v]);
         }
         if let Some(first) = L::GPS_VELOCITY {
-            self.open(first, [velocity_h, velocity_h, velocity_v]);
+            self.set_sigmas(first, [velocity_h, velocity_h, velocity_v]);
         }
     }
 }

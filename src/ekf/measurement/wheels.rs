@@ -7,7 +7,7 @@ use crate::ekf::kernel::layout::{ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY
 use crate::ekf::kernel::trace::Trace;
 use crate::ekf::outcome::innovation::Channel;
 use crate::ekf::outcome::report::Report;
-use crate::ekf::watch::wheels::{SLOWEST_MPS, Seen, WheelWatch};
+use crate::ekf::watch::wheels::{SLOWEST_MPS, VelocityAcross, WheelWatch};
 use crate::frames::{Body, Vector};
 use crate::matrix::square;
 use crate::scalar::{Scalar, single};
@@ -17,7 +17,7 @@ const OFF_ROAD_MPS: f64 = 2.0;
 
 /// Velocity across the direction of travel of a vehicle on wheels.
 struct Slip<T> {
-    seen: Seen,
+    seen: VelocityAcross,
     /// Residual velocity across, m/s, and its variance, (m/s)², if the vehicle rolls on wheels.
     left_mps: T,
     variance: f32,
@@ -89,7 +89,7 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
         } else {
             (velocity.y(), rate_z, force_y, GYRO_BIAS + 2, [T::ONE, T::ZERO])
         };
-        let seen = Seen {
+        let seen = VelocityAcross {
             forward_mps: single(velocity.x()),
             rate_radps: single(rate),
             force_mps2,

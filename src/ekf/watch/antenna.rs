@@ -35,7 +35,7 @@ const LATE_S: f32 = 0.05;
 /// Evidence that left turns and right turns must each exceed before the offset is used. It then stays in use.
 const ENOUGH: f32 = 4.0;
 /// Upper limit of the evidence from each direction of turn.
-const MAX: f32 = 10.0;
+const MAX_EVIDENCE: f32 = 10.0;
 /// Minimum offset, m, for the offset to be used: the error of a smaller offset would be as large as the offset.
 const MIN_M: f32 = 0.25;
 /// Largest residual, in one-sigmas, after subtraction of the velocity caused by the offset. A fix beyond it is an
@@ -125,7 +125,7 @@ impl AntennaOffset {
             - logarithm_of_one_and(own / variance);
         let [left_hand, right_hand] = &mut self.evidence;
         let side = if rate_radps < 0.0 { left_hand } else { right_hand };
-        *side = (*side + likelier).clamp(0.0, MAX);
+        *side = (*side + likelier).clamp(0.0, MAX_EVIDENCE);
         let gain = own / (own + variance);
         let [forward, right] = with;
         self.found_m = [x + gain * right / rate_radps, y - gain * forward / rate_radps];

@@ -25,7 +25,7 @@ const HELD_S: f64 = 1.2;
 /// Initial one-sigma of the noise, in multiples of the stated one-sigma.
 const UNKNOWN: f64 = 2.0;
 /// Largest one-sigma of the noise, in multiples of the stated one-sigma.
-const MAX: f64 = 10.0;
+const MAX_SIGMAS: f64 = 10.0;
 
 impl Barometer {
     /// State before the first reading.
@@ -80,11 +80,11 @@ impl Barometer {
         self.noise_variance(noise_m)
     }
 
-    /// Variance of the white error from the observed scatter, m². It is between 1 and [`MAX`]² times the square of
+    /// Variance of the white error from the observed scatter, m². It is between 1 and [`MAX_SIGMAS`]² times the square of
     /// `noise_m`.
     pub fn noise_variance(&self, noise_m: f64) -> f64 {
         let least = square(noise_m);
-        f64::from(self.variance).max(least).min(square(MAX) * least)
+        f64::from(self.variance).max(least).min(square(MAX_SIGMAS) * least)
     }
 
     /// Stores the residual of a reading after its update, m, for comparison with the next reading.

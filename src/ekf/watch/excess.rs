@@ -64,9 +64,9 @@ const RATE: f64 = 0.03;
 /// and time errors.
 const USUAL: f64 = 0.2;
 /// Factor that chance alone produces with correct noise.
-const BY_CHANCE: f64 = 1.5;
+const CHANCE_FACTOR: f64 = 1.5;
 /// Upper limit of the factor on the variance.
-const MAX: f64 = 10.0;
+const MAX_FACTOR: f64 = 10.0;
 /// Mean product of successive normalised innovations above which they indicate a step.
 const STEP: f64 = 4.0;
 /// Averaging time of the mean product, s.
@@ -94,7 +94,7 @@ impl Excess {
 
     /// Factor on the variances of the driving noise, from 1 to 10.
     pub fn factor(&self) -> f64 {
-        (self.learned / BY_CHANCE).max(1.0)
+        (self.learned / CHANCE_FACTOR).max(1.0)
     }
 
     /// Resets the factor to one.
@@ -142,8 +142,8 @@ impl Excess {
             let alike = north * last[0] + east * last[1];
             self.mean_product[0] += (interval_s / STEP_S).min(1.0) * (alike - self.mean_product[0]);
             let share = RATE * interval_s.min(1.0);
-            self.learned =
-                (self.learned * (1.0 + share * (alike - USUAL))).clamp(1.0, BY_CHANCE * MAX);
+            self.learned = (self.learned * (1.0 + share * (alike - USUAL)))
+                .clamp(1.0, CHANCE_FACTOR * MAX_FACTOR);
         }
     }
 

@@ -10,12 +10,12 @@ use crate::time::Time;
 pub(in crate::ekf) struct Ground {
     /// Height of the ground above the ellipsoid, m, from the first reading; the state is the difference from it.
     pub height_m: Option<f64>,
-    last: Option<Seen>,
+    last: Option<LastReading>,
 }
 
 /// The last reading, and the time since which its value has been the same.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct LastReading {
     time: Time,
     range_m: f64,
     /// Point where the beam hit the ground, north and east of the inertial unit, m.
@@ -43,7 +43,8 @@ impl Ground {
         let hit_m = [hit.x() as f32, hit.y() as f32];
         let beam = [beam.x() as f32, beam.y() as f32];
         let time = reading.time;
-        let anew = Seen { time, range_m: reading.range_m, hit_m, since: time, beam, moved_m: 0.0 };
+        let anew =
+            LastReading { time, range_m: reading.range_m, hit_m, since: time, beam, moved_m: 0.0 };
         let Some(last) = self.last else {
             self.last = Some(anew);
             return 0.0;
@@ -57,7 +58,7 @@ impl Ground {
         let same = reading.range_m.to_bits() == last.range_m.to_bits();
         let way_m = (velocity_mps.norm() - STANDING_MPS).max(0.0) * elapsed_s;
         self.last = Some(if same {
-            Seen { time, hit_m, moved_m: last.moved_m + way_m as f32, ..last }
+            LastReading { time, hit_m, moved_m: last.moved_m + way_m as f32, ..last }
         } else {
             anew
         });

@@ -26,7 +26,7 @@ pub(in crate::ekf) struct SelfContradiction<T> {
     usual_m: Usual,
     /// Largest recent accelerations, horizontal and vertical, m/s².
     agility_mps2: [f32; 2],
-    /// Number of recent contradictions minus the number of later usual fixes, 0 to [`MAX`].
+    /// Number of recent contradictions minus the number of later usual fixes, 0 to [`MAX_CONTRADICTIONS`].
     contradictions: u8,
     /// Time of the last contradiction.
     contradicted: Time,
@@ -110,7 +110,7 @@ impl Usual {
 
 /// One-sigmas of a fix, NED, and gravity.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::ekf) struct Expected {
+pub(in crate::ekf) struct FixSigmas {
     /// One-sigma of position, m.
     pub position_m: [f64; 3],
     /// One-sigma of velocity, m/s.
@@ -167,7 +167,7 @@ const REJECTED_FROM: u8 = 2;
 /// usual.
 const CONTRADICTED_S: f64 = 30.0;
 /// Upper limit of the number of contradictions.
-const MAX: u8 = 3;
+const MAX_CONTRADICTIONS: u8 = 3;
 
 impl<T: Scalar> SelfContradiction<T> {
     /// State before the first fix.
@@ -210,7 +210,7 @@ impl<T: Scalar> SelfContradiction<T> {
     ///
     /// # Source
     /// Equation (K15) of docs/equations.md.
-    pub fn push(&mut self, fix: &Fix, own_mps: Vector<Ned>, expected: &Expected) {
+    pub fn push(&mut self, fix: &Fix, own_mps: Vector<Ned>, expected: &FixSigmas) {
         let reading =
             Reading { time: fix.time, position: fix.position, velocity_mps: fix.velocity_mps() };
         let Some(before) = self.last else {
@@ -261,12 +261,12 @@ impl<T: Scalar> SelfContradiction<T> {
         self.judge_jump(reading.time, left_mps, is_impossible_at_any_attitude);
         self.contradictions = if unexplained.opposes(&self.unexplained) {
             self.contradicted = reading.time;
-            (self.contradictions + 1).min(MAX)
+            (self.contradictions + 1).min(MAX_CONTRADICTIONS)
         } else if is_usual {
             self.contradictions.saturating_sub(1)
         } else if self.proven {
             // Only successive usual fixes withdraw a proof.
-            MAX
+            MAX_CONTRADICTIONS
         } else {
             self.contradictions
         };
@@ -329,7 +329,7 @@ fn is_impossible_at_any_attitude(
     change: Vector<Ned>,
     felt_mps: Vector<Ned>,
     fallen_mps: Vector<Ned>,
-    expected: &Expected,
+    expected: &FixSigmas,
 ) -> bool {
     let [sigma, _, sigma_down] = expected.velocity_mps;
     let (asked_mps, felt_mps) = ((change - fallen_mps).norm(), felt_mps.norm());
@@ -355,8 +355,8 @@ mod tests {
     use super::*;
 
     const GRAVITY_MPS2: f64 = 9.8;
-    const EXPECTED: Expected =
-        Expected { position_m: [2.0; 3], velocity_mps: [0.2; 3], gravity_mps2: GRAVITY_MPS2 };
+    const EXPECTED: FixSigmas =
+        FixSigmas { position_m: [2.0; 3], velocity_mps: [0.2; 3], gravity_mps2: GRAVITY_MPS2 };
 
     /// Contradictions after each of several fixes, one a second. The fixes have these velocities, north, and matching
     /// positions; the inertial unit measures `felt_mps` each second.

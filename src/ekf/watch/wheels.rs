@@ -50,7 +50,7 @@ pub(in crate::ekf) struct Line {
 
 /// Velocity across, as estimated by the filter after a fix.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::ekf) struct Seen {
+pub(in crate::ekf) struct VelocityAcross {
     pub forward_mps: f32,
     pub rate_radps: f32,
     /// Specific force, m/s²: forward for the velocity downwards, to the right for the velocity to the right.
@@ -134,7 +134,7 @@ impl Track {
         (times(&covariance, &self.moments), covariance)
     }
 
-    fn observe(&mut self, seen: &Seen, elapsed_s: f32) {
+    fn observe(&mut self, seen: &VelocityAcross, elapsed_s: f32) {
         let causes = seen.causes();
         let left = seen.across_mps - dot(&self.found().0, &causes);
         let own_variance = seen.own_variance;
@@ -167,7 +167,7 @@ const PRIOR_INFORMATION: [[f32; CAUSES]; CAUSES] = {
     ]
 };
 
-impl Seen {
+impl VelocityAcross {
     /// Factors of slope, arm and compliance in the velocity across.
     fn causes(&self) -> [f32; CAUSES] {
         [self.forward_mps, self.rate_radps, self.force_mps2 * self.forward_mps]
@@ -206,11 +206,12 @@ impl WheelWatch {
     ///
     /// # Source
     /// Equation (M17) of docs/equations.md.
-    pub fn observe_velocity(&mut self, time: Time, seen: &[Seen; 2], bank: f32) {
+    pub fn observe_velocity(&mut self, time: Time, seen: &[VelocityAcross; 2], bank: f32) {
         let elapsed_s = (time - self.seen).clamp(0.0, READING_S) as f32;
         self.seen = time;
-        let size =
-            |seen: &Seen| dot(&seen.causes(), &[1.0; CAUSES]) + seen.across_mps + seen.own_variance;
+        let size = |seen: &VelocityAcross| {
+            dot(&seen.causes(), &[1.0; CAUSES]) + seen.across_mps + seen.own_variance
+        };
         let [right, down] = seen;
         // The comparison also rejects NaN.
         let sizes = size(right) + size(down) + bank;
@@ -280,7 +281,7 @@ impl WheelWatch {
     }
 
     /// Direction of travel at the motion `seen`, from the velocity to the right or, if `is_down`, downwards.
-    pub fn line(&self, is_down: bool, seen: &Seen) -> Line {
+    pub fn line(&self, is_down: bool, seen: &VelocityAcross) -> Line {
         let [right, down] = &self.tracks;
         let track = if is_down { down } else { right };
         let ([slope, arm_m, compliance], covariance) = track.found();

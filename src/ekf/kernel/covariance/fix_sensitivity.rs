@@ -4,7 +4,7 @@
     reason = "axes count from 0 to 2, in arrays of three; measurements from 0 to 5, in arrays of six"
 )]
 
-use super::sensitivity::MAX;
+use super::sensitivity::MAX_AXES;
 use super::{Covariance, Sensitivity};
 use crate::ekf::kernel::layout::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Layout, POSITION, VELOCITY};
 use crate::scalar::Scalar;
@@ -94,8 +94,8 @@ impl<T: Scalar> FixSensitivity<T> {
     pub(super) fn project<L: Layout<N>, const N: usize>(
         &self,
         covariance: &Covariance<T, N>,
-        projected: &mut [[T; N]; MAX],
-        seen: &mut [[T; MAX]; MAX],
+        projected: &mut [[T; N]; MAX_AXES],
+        seen: &mut [[T; MAX_AXES]; MAX_AXES],
     ) {
         // Velocity first, then position: both together need more values than there are registers.
         let [a, b, c, d, e, f] = projected;
@@ -130,7 +130,7 @@ impl<T: Scalar> FixSensitivity<T> {
             let at = |of: usize| if of == state { T::ONE } else { T::ZERO };
             let [a, b, c] = self.velocity::<L, N>(&at);
             let [d, e, f] = self.position::<L, N>(&at);
-            row.add(state, [a, b, c, d, e, f][index.min(MAX - 1)]);
+            row.add(state, [a, b, c, d, e, f][index.min(MAX_AXES - 1)]);
         }
         row
     }

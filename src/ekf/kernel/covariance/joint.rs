@@ -8,7 +8,7 @@
 use core::marker::PhantomData;
 
 use super::fix_sensitivity::FixSensitivity;
-use super::sensitivity::MAX;
+use super::sensitivity::MAX_AXES;
 use super::{Covariance, Gain, Sensitivity};
 use crate::ekf::kernel::layout::Layout;
 use crate::matrix::add_scaled;
@@ -18,7 +18,7 @@ use crate::scalar::Scalar;
 #[derive(Clone, Copy, Debug)]
 pub enum Sensitivities<'a, T> {
     /// One sensitivity each, for the measurements that exist.
-    Each([Option<&'a Sensitivity<T>>; MAX]),
+    Each([Option<&'a Sensitivity<T>>; MAX_AXES]),
     /// Velocity and position of a fix.
     Fix(&'a FixSensitivity<T>),
 }
@@ -29,7 +29,7 @@ impl<T: Scalar> Sensitivities<'_, T> {
     fn end(&self) -> usize {
         match self {
             Self::Each(each) => each.iter().rposition(Option::is_some).map_or(0, |last| last + 1),
-            Self::Fix(_) => MAX,
+            Self::Fix(_) => MAX_AXES,
         }
     }
 
@@ -55,13 +55,13 @@ pub struct Joint<'a, L, T, const N: usize> {
     /// Number of slots up to the last measurement that exists.
     end: usize,
     /// P Hᵀ of each measurement, before the first is fused.
-    projected: [[T; N]; MAX],
+    projected: [[T; N]; MAX_AXES],
     /// H P Hᵀ of each measurement with itself and the later ones.
-    seen: [[T; MAX]; MAX],
+    seen: [[T; MAX_AXES]; MAX_AXES],
     /// Remaining innovation of each measurement after the earlier ones.
-    innovations: [T; MAX],
+    innovations: [T; MAX_AXES],
     /// One-sigma of the innovation of each measurement fused but not yet settled; zero for all others.
-    pending: [T; MAX],
+    pending: [T; MAX_AXES],
     /// Correction of the state by the settled measurements.
     correction: [T; N],
     layout: PhantomData<L>,
@@ -71,14 +71,14 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     /// Measurements with given `innovations`. Call [`project`](Self::project) from index 0 before the first use.
     #[must_use]
     #[inline(always)]
-    pub fn new(sensitivities: Sensitivities<'a, T>, innovations: [T; MAX]) -> Self {
+    pub fn new(sensitivities: Sensitivities<'a, T>, innovations: [T; MAX_AXES]) -> Self {
         Self {
             end: sensitivities.end(),
             sensitivities,
-            projected: [[T::ZERO; N]; MAX],
-            seen: [[T::ZERO; MAX]; MAX],
+            projected: [[T::ZERO; N]; MAX_AXES],
+            seen: [[T::ZERO; MAX_AXES]; MAX_AXES],
             innovations,
-            pending: [T::ZERO; MAX],
+            pending: [T::ZERO; MAX_AXES],
             correction: [T::ZERO; N],
             layout: PhantomData,
         }
@@ -96,14 +96,14 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
                 return;
             }
         };
-        for b in first..MAX {
+        for b in first..MAX_AXES {
             let Some(sensitivity) = each[b] else { continue };
             covariance.project_on(sensitivity, &mut self.projected[b]);
             #[expect(
                 clippy::needless_range_loop,
                 reason = "by iterators it takes 80 instructions more"
             )]
-            // Iterations: at most MAX.
+            // Iterations: at most MAX_AXES.
             for before in first..=b {
                 if let Some(other) = each[before] {
                     self.seen[before][b] = other.dot(&self.projected[b]);
@@ -116,7 +116,7 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     /// gaps have raised the covariance beyond all bounds. The result is then zero, and the measurement has no effect.
     #[must_use]
     pub fn variance(&self, index: usize) -> T {
-        let variance = self.seen.get(index).map_or(T::ZERO, |row| row[index.min(MAX - 1)]);
+        let variance = self.seen.get(index).map_or(T::ZERO, |row| row[index.min(MAX_AXES - 1)]);
         if variance >= T::ZERO { variance } else { T::ZERO }
     }
 
@@ -137,16 +137,16 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
     /// earlier ones. Measurements that contradict each other then exceed a gate that each of them passes alone.
     #[must_use]
     #[inline(never)]
-    pub fn largest_in_turn(&self, members: core::ops::Range<usize>, noise: &[T; MAX]) -> T {
+    pub fn largest_in_turn(&self, members: core::ops::Range<usize>, noise: &[T; MAX_AXES]) -> T {
         let (mut seen, mut innovations) = (self.seen, self.innovations);
         let mut largest = T::ZERO;
-        // Iterations: at most MAX.
-        for index in members.start..members.end.min(MAX) {
+        // Iterations: at most MAX_AXES.
+        for index in members.start..members.end.min(MAX_AXES) {
             let variance = seen[index][index].max(T::ZERO) + noise[index];
             largest = largest.max(innovations[index] * innovations[index] / variance);
             let own = seen[index];
-            // Iterations: at most MAX.
-            for later in index + 1..members.end.min(MAX) {
+            // Iterations: at most MAX_AXES.
+            for later in index + 1..members.end.min(MAX_AXES) {
                 let share = own[later] / variance;
                 innovations[later] -= share * innovations[index];
                 for (seen, &own) in seen[later].iter_mut().zip(&own) {
@@ -191,12 +191,12 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
             self.fuse_stabilised(covariance, index, noise, on_fused);
             return;
         }
-        let index = index.min(MAX - 1);
+        let index = index.min(MAX_AXES - 1);
         let inverse = T::ONE / (sigma * sigma);
         let own = self.seen[index];
         let innovation = self.innovations[index];
         // The explicit bound shows the compiler that the index stays in range.
-        for b in index + 1..self.end.min(MAX) {
+        for b in index + 1..self.end.min(MAX_AXES) {
             let share = own[b] * inverse;
             self.innovations[b] -= share * innovation;
             // Whole rows: entries before the diagonal are never read, and a loop of constant length takes half the
@@ -221,11 +221,11 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         self.settle(covariance, on_fused);
         self.project(covariance, index);
         let variance = self.variance(index);
-        let projected = &self.projected[index.min(MAX - 1)];
+        let projected = &self.projected[index.min(MAX_AXES - 1)];
         let gain = covariance.update(&sensitivity, projected, variance, noise);
         let innovation = self.innovation(index);
         add_scaled(&mut self.correction, innovation, &gain.gain);
-        for b in index + 1..MAX {
+        for b in index + 1..MAX_AXES {
             if let Some(other) = self.sensitivities.of::<L, N>(b) {
                 self.innovations[b] -= other.dot(&gain.gain) * innovation;
             }
@@ -248,9 +248,9 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
             None => return,
             Some(0) => self.settle_first::<1>(covariance, on_fused),
             Some(1 | 2) => self.settle_first::<3>(covariance, on_fused),
-            Some(_) => self.settle_first::<MAX>(covariance, on_fused),
+            Some(_) => self.settle_first::<MAX_AXES>(covariance, on_fused),
         }
-        self.pending = [T::ZERO; MAX];
+        self.pending = [T::ZERO; MAX_AXES];
     }
 
     /// [`settle`](Self::settle)s the first `K` slots; slots without a pending measurement contribute nothing.
@@ -264,13 +264,13 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
         let mut shares = [[T::ZERO; K]; K];
         let (mut inverses, mut moves) = ([T::ZERO; K], [T::ZERO; K]);
         let Some(projected) = self.projected.first_chunk_mut::<K>() else { return };
-        for index in 0..K.min(MAX) {
+        for index in 0..K.min(MAX_AXES) {
             if self.pending[index] > T::ZERO {
                 let inverse = T::ONE / self.pending[index];
                 (inverses[index], moves[index]) = (inverse, inverse * self.innovations[index]);
                 for (behind, share) in shares[index].iter_mut().enumerate().skip(index + 1) {
-                    if self.pending[behind.min(MAX - 1)] > T::ZERO {
-                        *share = self.seen[index][behind.min(MAX - 1)] * inverse;
+                    if self.pending[behind.min(MAX_AXES - 1)] > T::ZERO {
+                        *share = self.seen[index][behind.min(MAX_AXES - 1)] * inverse;
                     }
                 }
             } else {
@@ -298,11 +298,11 @@ impl<'a, L: Layout<N>, T: Scalar, const N: usize> Joint<'a, L, T, N> {
             self.correction[state] = correction;
         }
         for (index, (projected, &inverse)) in projected.iter().zip(&inverses).enumerate() {
-            let sigma = self.pending[index.min(MAX - 1)];
+            let sigma = self.pending[index.min(MAX_AXES - 1)];
             if sigma > T::ZERO {
                 let gain = projected.map(|value| value * inverse);
                 let gain = Gain { gain, innovation_variance: sigma * sigma };
-                on_fused(index, &gain, self.innovations[index.min(MAX - 1)]);
+                on_fused(index, &gain, self.innovations[index.min(MAX_AXES - 1)]);
             }
         }
         covariance.subtract_squares(projected);

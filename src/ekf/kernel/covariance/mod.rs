@@ -25,7 +25,7 @@ pub use joint::{Joint, Sensitivities};
 pub use propagation::Relaxation;
 pub use propagation::Transition;
 #[doc(hidden)]
-pub use sensitivity::MAX;
+pub use sensitivity::MAX_AXES;
 pub use sensitivity::Sensitivity;
 pub use update::Gain;
 
@@ -118,7 +118,7 @@ impl<T: Scalar, const N: usize> Covariance<T, N> {
     }
 
     /// Raises the one-sigma of a state to at least `sigma`, and keeps the covariances with other states.
-    pub(in crate::ekf) fn open_to(&mut self, state: usize, sigma: f64) {
+    pub(in crate::ekf) fn raise_sigma(&mut self, state: usize, sigma: f64) {
         let missing = sigma * sigma - self.variance(state);
         self.add_variance(state, missing.max(0.0));
     }

@@ -3,7 +3,7 @@
 use crate::scalar::Scalar;
 
 /// Largest number of measurements of one moment: position and velocity.
-pub const MAX: usize = 6;
+pub const MAX_AXES: usize = 6;
 /// Largest number of terms of a sensitivity.
 const TERMS: usize = 16;
 

@@ -209,7 +209,7 @@ proptest! {
     ) {
         let mut next = numbers(seed);
         let start = random_covariance::<28>(&mut next);
-        let sensitivities: [_; MAX] =
+        let sensitivities: [_; MAX_AXES] =
             std::array::from_fn(|n| (n != 4).then(|| random_sensitivity::<f64>(9, 28, &mut next)));
         let innovations = std::array::from_fn(|_| next());
         let mut covariance = Covariance::<f64, 28>::from_dense(&start);
@@ -219,7 +219,7 @@ proptest! {
         let (mut expected, mut state) = (start, SVector::<f64, 28>::zeros());
         let (mut gains, mut found) = (Vec::new(), Vec::new());
         let mut on_fused = |_: usize, gain: &Gain<f64, 28>, _: f64| found.push(gain.gain);
-        for n in 0..MAX {
+        for n in 0..MAX_AXES {
             let Some(sensitivity) = &sensitivities[n] else { continue };
             let h = dense_sensitivity::<f64, 28>(sensitivity);
             let variance = (h.transpose() * expected * h)[0];
@@ -301,7 +301,8 @@ fn stays_positive(form: Form, mixed: usize, noise: f32, seed: u64) -> bool {
             }
             Form::Joint => {
                 let one = [Some(&sensitivity), None, None, None, None, None];
-                let mut joint = Joint::<Base, f32, 16>::new(Sensitivities::Each(one), [0.0; MAX]);
+                let mut joint =
+                    Joint::<Base, f32, 16>::new(Sensitivities::Each(one), [0.0; MAX_AXES]);
                 joint.project(&mut covariance, 0);
                 let sigma = joint.sigma(0, noise);
                 joint.fuse(&mut covariance, 0, noise, sigma, &mut |_, _, _| {});

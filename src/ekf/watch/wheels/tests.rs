@@ -1,8 +1,14 @@
 use super::*;
 
 /// Motion straight on at a speed.
-const fn at(forward_mps: f32) -> Seen {
-    Seen { forward_mps, rate_radps: 0.0, force_mps2: 0.0, across_mps: 0.0, own_variance: 0.0025 }
+const fn at(forward_mps: f32) -> VelocityAcross {
+    VelocityAcross {
+        forward_mps,
+        rate_radps: 0.0,
+        force_mps2: 0.0,
+        across_mps: 0.0,
+        own_variance: 0.0025,
+    }
 }
 
 /// State after a drive of `seconds` at 10 m/s with turns to both sides. `right` and `down` give the velocities across
@@ -27,7 +33,7 @@ fn banked(
     for second in 1..=seconds {
         let time = second as f32;
         let rate_radps = 0.3 * (0.2 * time).sin();
-        let seen = |across_mps, rate_radps| Seen { rate_radps, across_mps, ..at(10.0) };
+        let seen = |across_mps, rate_radps| VelocityAcross { rate_radps, across_mps, ..at(10.0) };
         let pitch_rate = 0.05 * (1.3 * time).sin();
         let (right, down) = (right(time, rate_radps), down(time, pitch_rate));
         let time = Time::ZERO + f64::from(second);
@@ -60,11 +66,11 @@ fn a_car_raises_its_nose_as_it_accelerates_and_its_line_follows() {
     let mut watch = WheelWatch::of(Some(VehicleKind::Wheeled));
     for second in 1..=120_u8 {
         let force_mps2 = (0.3 * f32::from(second)).sin();
-        let motion = Seen { force_mps2, ..at(10.0) };
-        let down = Seen { across_mps: 10.0 * (0.01 + 0.012 * force_mps2), ..motion };
+        let motion = VelocityAcross { force_mps2, ..at(10.0) };
+        let down = VelocityAcross { across_mps: 10.0 * (0.01 + 0.012 * force_mps2), ..motion };
         watch.observe_velocity(Time::ZERO + f64::from(second), &[motion, down], 0.0);
     }
-    let slope = |force_mps2| watch.line(true, &Seen { force_mps2, ..at(10.0) }).slope;
+    let slope = |force_mps2| watch.line(true, &VelocityAcross { force_mps2, ..at(10.0) }).slope;
     assert!((slope(0.0) - 0.01).abs() < 1e-3 && (slope(2.0) - 0.034).abs() < 1e-3);
 }
 
@@ -87,7 +93,7 @@ fn a_declared_aircraft_never_rolls_on_wheels() {
     let mut watch = WheelWatch::of(Some(VehicleKind::Multirotor));
     for second in 1..=300_u16 {
         let rate_radps = 0.3 * (0.2 * f32::from(second)).sin();
-        let seen = Seen { rate_radps, ..at(10.0) };
+        let seen = VelocityAcross { rate_radps, ..at(10.0) };
         watch.observe_velocity(Time::ZERO + f64::from(second), &[seen; 2], 0.0);
     }
     assert!(!watch.is_active);
@@ -108,7 +114,7 @@ fn what_banks_into_its_turns_flies_however_still_the_air() {
 #[test]
 fn a_straight_road_and_a_short_drive_tell_nothing() {
     let mut straight = WheelWatch::of(None);
-    let seen = Seen { own_variance: 0.0, ..at(10.0) };
+    let seen = VelocityAcross { own_variance: 0.0, ..at(10.0) };
     for second in 1..1000 {
         straight.observe_velocity(Time::ZERO + f64::from(second), &[seen; 2], 0.0);
     }
@@ -124,7 +130,7 @@ fn a_car_that_lifts_off_is_let_go_within_seconds() {
     while watch.is_active {
         seconds += 1;
         let time = Time::ZERO + f64::from(300 + seconds);
-        watch.observe_velocity(time, &[right, Seen { across_mps: -1.0, ..right }], 0.0);
+        watch.observe_velocity(time, &[right, VelocityAcross { across_mps: -1.0, ..right }], 0.0);
     }
     assert!(seconds <= 4, "{seconds}");
 }
@@ -148,13 +154,13 @@ fn a_car_that_leaves_its_road_without_fixes_is_let_go_at_once_or_within_two_seco
 #[test]
 fn slow_motion_and_what_is_no_number_change_nothing() {
     let mut watch = WheelWatch::of(None);
-    let good = Seen { rate_radps: 0.3, across_mps: 0.1, ..at(10.0) };
+    let good = VelocityAcross { rate_radps: 0.3, across_mps: 0.1, ..at(10.0) };
     for (second, bad) in [
-        Seen { forward_mps: 2.9, ..good },
-        Seen { forward_mps: f32::NAN, ..good },
-        Seen { rate_radps: f32::NAN, ..good },
-        Seen { across_mps: f32::INFINITY, ..good },
-        Seen { own_variance: f32::NAN, ..good },
+        VelocityAcross { forward_mps: 2.9, ..good },
+        VelocityAcross { forward_mps: f32::NAN, ..good },
+        VelocityAcross { rate_radps: f32::NAN, ..good },
+        VelocityAcross { across_mps: f32::INFINITY, ..good },
+        VelocityAcross { own_variance: f32::NAN, ..good },
     ]
     .into_iter()
     .enumerate()
@@ -162,7 +168,7 @@ fn slow_motion_and_what_is_no_number_change_nothing() {
         watch.observe_velocity(Time::ZERO + second as f64, &[bad, good], 0.0);
         watch.observe_velocity(
             Time::ZERO + second as f64,
-            &[Seen { forward_mps: 1.0, ..good }, bad],
+            &[VelocityAcross { forward_mps: 1.0, ..good }, bad],
             0.0,
         );
     }
