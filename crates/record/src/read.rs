@@ -243,7 +243,8 @@ impl Reader {
             }),
             Channel::Events => parse::<ReadLogMessage>(data).map(|message| {
                 let time = record.header.time(header.publish_time);
-                let ReadLogMessage { level, message: text, name: kind, part } = message;
+                let ReadLogMessage { level, message, name, part } = message;
+                let [text, kind, part] = [message, name, part].map(on_one_line);
                 let level = match level {
                     ..=2 => Level::Info,
                     3 => Level::Warning,
@@ -368,4 +369,16 @@ fn raw(
         record.calls.push((Time::from_nanoseconds(message.time_ns), call(bytes)));
     }
     Some(())
+}
+
+/// `text` with its control characters spelt out: a line end in one event must not look like a second event.
+fn on_one_line(text: String) -> String {
+    if !text.contains(char::is_control) {
+        return text;
+    }
+    let spelt = |letter: char| match letter.is_control() {
+        true => letter.escape_default().to_string(),
+        false => letter.to_string(),
+    };
+    text.chars().map(spelt).collect()
 }

@@ -29,7 +29,7 @@ fn the_record_of_the_flight_computer_opens_with_its_solutions_and_events() {
         recorder.push(time, solution);
     }
     let time = START + 5.0;
-    recorder.push(time, Entry::event(Level::Critical, "test", "the pilot flies: \u{1b}[2Jland"));
+    recorder.push(time, Entry::event(Level::Critical, "test", "the pilot flies: \u{1b}[2J\nland"));
     recorder.finish();
 
     let mut client = Client::connect(&served, "").unwrap();
@@ -48,6 +48,8 @@ fn the_record_of_the_flight_computer_opens_with_its_solutions_and_events() {
     let begun_s = 1e-9 * START_UNIX_NS as f64;
     assert!((span[0] - begun_s).abs() < 1e-3 && (span[1] - span[0] - 329.0 / 33.0).abs() < 1e-3);
     assert_eq!(state["texts"][0]["level"], "error", "{state}");
+    // A line end in an event starts no second one.
+    assert_eq!(state["texts"][0]["text"], r"the pilot flies: \u{1b}[2J\nland", "{state}");
     let path = format!(
         "/export.csv?record=aboard&channels=roll_deg,yaw_deg,vel_n_mps,vel_u_mps,height_m&from={}&to={}",
         span[0], span[1]

@@ -14,6 +14,8 @@ const OFF_S: f64 = 2.0;
 pub struct UtcClock {
     /// UTC since 1970 minus the flight clock, ns, according to this computer.
     system_ns: i64,
+    /// UTC since 1970 minus the flight clock, ns, of the last fix.
+    last_ns: Option<i64>,
     /// UTC since 1970 minus the flight clock, ns, as last reported from the receiver.
     reported_ns: Option<i64>,
 }
@@ -21,17 +23,19 @@ pub struct UtcClock {
 impl UtcClock {
     /// A clock for which this computer's UTC was `unix_ns`, ns since 1970, at `now` on the flight clock.
     pub const fn new(now: Time, unix_ns: i64) -> Self {
-        Self { system_ns: unix_ns.saturating_sub(now.nanoseconds()), reported_ns: None }
+        let system_ns = unix_ns.saturating_sub(now.nanoseconds());
+        Self { system_ns, last_ns: None, reported_ns: None }
     }
 
     /// UTC minus the flight clock, ns, from a fix at UTC `unix_ns` that arrived at `arrival`. Returned only for the
-    /// first fix and after a change.
+    /// second fix and after a change, once two successive fixes agree: a single fix may be late by seconds.
     ///
     /// The offset is too small by the latency of the fix, tenths of a second.
     pub fn observe(&mut self, arrival: Time, unix_ns: i64) -> Option<i64> {
         let offset_ns = unix_ns.saturating_sub(arrival.nanoseconds());
         let moved = |before: i64| offset_ns.saturating_sub(before).saturating_abs() > MOVED_NS;
-        let is_change = self.reported_ns.is_none_or(moved);
+        let is_confirmed = self.last_ns.replace(offset_ns).is_some_and(|last| !moved(last));
+        let is_change = is_confirmed && self.reported_ns.is_none_or(moved);
         if is_change {
             self.reported_ns = Some(offset_ns);
         }
@@ -59,32 +63,47 @@ impl UtcClock {
 mod tests {
     use super::*;
 
+    const UNIX_S: i64 = 1_700_000_000;
+
+    fn at_s(seconds: i64) -> Time {
+        Time::from_nanoseconds(seconds * 1_000_000_000)
+    }
+
+    /// What a fix of UTC second `second` reports that arrives `late_ms` later. The flight clock starts at `UNIX_S`.
+    fn heard(utc: &mut UtcClock, second: i64, late_ms: i64) -> Option<i64> {
+        let arrival = Time::from_nanoseconds(second * 1_000_000_000 + late_ms * 1_000_000);
+        utc.observe(arrival, (UNIX_S + second) * 1_000_000_000)
+    }
+
     #[test]
     fn utc_is_reported_once_and_again_after_a_change() {
-        let at = |seconds: i64| Time::from_nanoseconds(seconds * 1_000_000_000);
-        let unix_ns = 1_700_000_000_000_000_000;
-        let mut utc = UtcClock::new(at(10), unix_ns);
         // The computer's clock is 100 s behind; the latency of fixes is 0.1 to 0.3 s.
-        let heard = |utc: &mut UtcClock, second: i64, late_ms: i64, leap_s: i64| {
-            let moment_ns = unix_ns + (second - 10 + 100 + leap_s) * 1_000_000_000;
-            utc.observe(
-                Time::from_nanoseconds(second * 1_000_000_000 + late_ms * 1_000_000),
-                moment_ns,
-            )
-        };
-        let offset_ns = heard(&mut utc, 20, 300, 0).expect("the first fix is reported");
-        assert_eq!(heard(&mut utc, 21, 100, 0), None);
-        assert_eq!(heard(&mut utc, 22, 300, 0), None);
-        let (level, text) = utc.in_words(at(20), offset_ns);
+        let mut utc = UtcClock::new(at_s(10), (UNIX_S - 90) * 1_000_000_000);
+        assert_eq!(heard(&mut utc, 20, 100), None);
+        let offset_ns = heard(&mut utc, 21, 300).expect("two fixes agree");
+        assert_eq!(heard(&mut utc, 22, 100), None);
+        let (level, text) = utc.in_words(at_s(21), offset_ns);
         assert_eq!(level, Level::Warning);
         assert_eq!(
             text.as_str(),
-            "UTC 2023-11-14T22:15:09Z from the receiver: this computer's clock is 100 s behind"
+            "UTC 2023-11-14T22:13:40Z from the receiver: this computer's clock is 100 s behind"
         );
-        assert!(heard(&mut utc, 23, 100, -18).is_some(), "a change by the leap seconds");
-
-        let offset_ns = UtcClock::new(at(10), unix_ns).observe(at(11), unix_ns).unwrap();
-        let (level, _) = UtcClock::new(at(10), unix_ns).in_words(at(11), offset_ns);
+        // The leap seconds arrive.
+        assert_eq!(heard(&mut utc, 23, 18_100), None);
+        assert!(heard(&mut utc, 24, 18_200).is_some());
+        let utc = UtcClock::new(at_s(10), UNIX_S * 1_000_000_000);
+        let (level, _) = utc.in_words(at_s(11), (UNIX_S - 10) * 1_000_000_000);
         assert_eq!(level, Level::Info);
+    }
+
+    #[test]
+    fn a_single_late_fix_reports_nothing() {
+        let mut utc = UtcClock::new(at_s(0), UNIX_S * 1_000_000_000);
+        assert_eq!(heard(&mut utc, 1, 2_500), None);
+        assert_eq!(heard(&mut utc, 2, 200), None);
+        let offset_ns = heard(&mut utc, 3, 200).expect("two fixes agree");
+        assert_eq!(utc.in_words(at_s(3), offset_ns).0, Level::Info);
+        assert_eq!(heard(&mut utc, 4, 2_500), None);
+        assert_eq!(heard(&mut utc, 5, 200), None);
     }
 }
