@@ -55,6 +55,9 @@ impl Drop for Vehicle {
 
 const VALUE: &str = "document.querySelectorAll('#plots .value')";
 
+/// No card and no name of a stick is cut off.
+const WHOLE_CARDS: &str = "[...document.querySelectorAll('.card, .stick span')].every((one) => one.scrollWidth <= one.clientWidth)";
+
 #[test]
 fn an_engineer_watches_zooms_records_and_retrieves() {
     let Some(chromium) = chromium() else { return };
@@ -188,10 +191,7 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     for (key, name) in [("2", "hover"), ("5", "log"), ("3", "points")] {
         page.key(key);
         thread::sleep(Duration::from_millis(700));
-        // No card is cut off.
-        page.wait(
-            "[...document.querySelectorAll('.card')].every((one) => one.scrollWidth <= one.clientWidth)",
-        );
+        page.wait(WHOLE_CARDS);
         if name == "points" {
             page.wait(
                 "document.querySelector('#progress tbody td:last-child')?.textContent === 'good'",
@@ -214,6 +214,21 @@ fn an_engineer_watches_zooms_records_and_retrieves() {
     page.wait("!document.getElementById('tab-plots').hidden");
     thread::sleep(Duration::from_millis(400));
     page.keep("sun");
+    // Nothing is cut off in any view, in the largest letters, on a laptop and on a tablet.
+    for (width, height, name) in [(1400, 950, "laptop"), (820, 1180, "tablet")] {
+        page.size(width, height, width < 1000);
+        for (key, view) in
+            [("2", "hover"), ("3", "points"), ("4", "records"), ("5", "log"), ("1", "plots")]
+        {
+            page.key(key);
+            page.wait(&format!(
+                "innerWidth === {width} && document.documentElement.scrollWidth <= innerWidth"
+            ));
+            page.wait(WHOLE_CARDS);
+            thread::sleep(Duration::from_millis(400));
+            page.keep(&format!("{name}-{view}"));
+        }
+    }
     page.size(390, 844, true);
     // Nothing is cut off.
     page.wait("innerWidth === 390 && document.documentElement.scrollWidth <= innerWidth");
