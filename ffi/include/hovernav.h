@@ -61,7 +61,7 @@
 #define HOVERNAV_SIZE 35328
 
 // Largest size of an object, bytes, in a library built without heading-search.
-#define HOVERNAV_SIZE_WITHOUT_SEARCH 28672
+#define HOVERNAV_SIZE_WITHOUT_SEARCH 30720
 
 // Alignment of an object's memory, bytes.
 #define HOVERNAV_ALIGNMENT 16

@@ -90,7 +90,7 @@ fn make(memory: &mut MaybeUninit<Hovernav>, config: &Checked) {
     unsafe {
         let flight = &raw mut (*nav).flight;
         build(&raw mut (*flight).notch, || config.notch.map(Notch::new));
-        build(&raw mut (*flight).estimator, || Estimator::new(config.estimator));
+        build(&raw mut (*flight).estimator, || Estimator::with_layout(config.estimator));
         build(&raw mut (*flight).monitor, || HealthMonitor::new(config.health.cast()));
         build(&raw mut (*flight).stepless, SteplessSolution::default);
         build(&raw mut (*flight).autopilot, || None);

@@ -18,6 +18,9 @@
 )]
 #![allow(clippy::result_large_err, reason = "a fault contains its texts, because there is no heap")]
 
+#[cfg(not(any(feature = "tsip", feature = "nmea", feature = "ubx")))]
+compile_error!("select at least one protocol of GPS receivers: the feature tsip, nmea or ubx");
+
 mod access;
 mod output;
 mod queue;
