@@ -154,13 +154,19 @@ impl Evaluation {
         for verb in ["estimate", "identify"] {
             tell(&|job| job.words = format!("running {verb}"));
             let out = self.results.join(verb);
+            let report = out.join("report.html");
+            // An earlier evaluation may have left one.
+            let _ = std::fs::remove_file(&report);
             let outcome = self.verb(verb, &log, &out);
-            tell(&|job| match &outcome {
-                Ok(()) => {
+            tell(&|job| {
+                // A model that must not be flown is an error, and has a report.
+                if report.exists() {
                     let page = format!("{}/{verb}/report.html", self.name);
                     job.pages.push((verb.to_owned(), page));
                 }
-                Err(why) => job.faults.push(format!("{verb}: {why}")),
+                if let Err(why) = &outcome {
+                    job.faults.push(format!("{verb}: {why}"));
+                }
             });
         }
         tell(&|job| {
@@ -199,9 +205,12 @@ impl Evaluation {
             return Ok(());
         }
         let said = String::from_utf8_lossy(&output.stderr);
-        let mut why = said.trim().to_owned();
-        let cut = (0..=LONGEST).rev().find(|&cut| why.is_char_boundary(cut)).unwrap_or(0);
-        why.truncate(cut);
+        let mut why = said.trim().trim_start_matches("hovernav: ").to_owned();
+        if why.len() > LONGEST {
+            let cut = (0..=LONGEST).rev().find(|&cut| why.is_char_boundary(cut)).unwrap_or(0);
+            why.truncate(cut);
+            why.push('…');
+        }
         Err(why)
     }
 }

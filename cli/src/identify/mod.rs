@@ -149,11 +149,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::write_json(&summary, &out.join("summary.json"))?;
     let (held, frequency) = (held.and_then(Result::ok), frequency.as_ref());
     output::say_text(words::in_words(&summary, &found, held, frequency, &out));
+    let others = match verdict.reasons.len().saturating_sub(1) {
+        0 => String::new(),
+        count => format!(" ({count} more in {})", out.join("summary.json").display()),
+    };
     ensure!(
         verdict.grade != Grade::DoNotFly,
-        "{}: do not fly an autopilot based on this model: {}",
+        "{}: do not fly an autopilot based on this model: {}{others}",
         out.join("model.toml").display(),
-        verdict.reasons.join("; ")
+        verdict.reasons.first().map_or("", String::as_str)
     );
     Ok(())
 }
