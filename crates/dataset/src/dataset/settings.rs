@@ -93,7 +93,7 @@ impl Dataset {
         self.turn(Reading { without_attitude: true, ..Reading::default() });
     }
 
-    /// Applies `reading` to every inertial sample, after earlier conversions.
+    /// Converts every inertial sample by `reading` (axes, units), in addition to the earlier conversions.
     fn turn(&mut self, reading: Reading) {
         for sample in &mut self.imu {
             *sample = reading.applied(*sample);
