@@ -111,7 +111,7 @@ impl VelocitySummary {
     pub fn in_words(&self) -> String {
         let [forward, right, down] = self.wanted_mps;
         let found = self.deviation_rms_mps.map_or_else(
-            || format!("no figures, for it ends within {REACHED_S:.0} s"),
+            || format!("no statistics: it ended within {REACHED_S:.0} s"),
             |[forward, right, down]| {
                 format!("within {forward:.2}, {right:.2}, {down:.2} m/s RMS of it")
             },
