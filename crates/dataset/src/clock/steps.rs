@@ -93,7 +93,7 @@ impl Break {
 pub(crate) struct Course {
     ends: Option<(Time, Time)>,
     intervals_s: Distribution,
-    /// The longest intervals: the line after each, the time before it, and its length, s.
+    /// The longest intervals: line after the interval, time before it, and its length, s.
     longest: Vec<(u64, Time, f64)>,
 }
 
@@ -376,7 +376,7 @@ impl FirstClock {
             } else if let Some(after) = times[from..].iter().position(|time| *time > one.before)
                 && after > 0
             {
-                // This clock goes on where that of the first sensor breaks: only the time between the rows is added.
+                // The clock of this sensor does not step back with that of the first: only the time between the rows is added.
                 added.push((from + after, one.gap_s));
             }
         }
