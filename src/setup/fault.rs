@@ -155,7 +155,7 @@ impl fmt::Display for SetupFault {
             Self::ForceDirection { up: [x, y, z] } => write!(
                 f,
                 "mean specific force along ({x:.2}, {y:.2}, {z:.2}), expected −z: axes other than forward, right, down, \
-                 or a unit mounted on its side or back"
+                 or an inertial unit mounted on its side or back"
             ),
             Self::RatesInDegrees { reported_rad, seen_rad } => write!(
                 f,
