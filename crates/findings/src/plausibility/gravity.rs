@@ -76,7 +76,7 @@ impl Means {
 /// Mean specific force, second by second.
 pub(super) struct Gravity {
     means: Means,
-    /// Middle of each second, s, and size of its mean, m/s².
+    /// For each second: its middle, s, and the size of the mean specific force, m/s².
     seconds: Vec<(f64, f64)>,
     /// Sum of the directions of the means.
     directions: [f64; 3],
