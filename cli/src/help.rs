@@ -18,10 +18,10 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("estimate LOG --smooth", "use the whole log for every sample"),
     ("estimate LOG --outage 120:20", "the drift in 20 s without GPS"),
     ("estimate LOG --config mine.toml", "other settings, in the form of dataset.toml"),
-    ("estimate LOG --export kml,mcap", "and parquet, gpx, pos, tum, euroc"),
-    ("estimate LOG --emit rust", "its configuration, to compile in: also c, postcard"),
+    ("estimate LOG --export kml,mcap", "for other programs; also parquet, gpx, pos, tum, euroc"),
+    ("estimate LOG --emit rust", "the settings as Rust source; also c, postcard"),
     ("score SOLUTION REFERENCE", "any solution.csv, TUM or EuRoC file"),
-    ("compare A B", "solutions over each other"),
+    ("compare A B", "the differences between solutions"),
     ("info LOG", "sensors, rates, gaps, vibration"),
     ("init FILE.csv", "a mapping of a foreign file's columns"),
     ("convert LOG --out DIR", "a directory of CSV files"),
@@ -30,23 +30,23 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("config", "every file, column and key"),
     ("config fly.toml", "the keys of one file"),
     ("config filter.gate", "the keys of one section"),
-    ("config lever_arm", "the keys with a word"),
+    ("config lever_arm", "the keys that contain a word"),
     ("bench", "the time of a cycle on this machine"),
     ("completions bash", "a script for the shell"),
     ("man DIR", "manual pages"),
     ("identify LOG", "the vehicle's model, with a verdict"),
     ("identify LOG --export csv,matlab", "also its frequency responses and a MATLAB script"),
-    ("identify --list", "the structures of models; --list NAME: the file of one"),
+    ("identify --list", "the built-in model structures; --list NAME prints one"),
     ("identify LOG --speed 5", "the model of forward flight at 5 m/s"),
     ("design MODEL", "an autopilot with its margins; MODEL also raptor60, thesis, r50"),
-    ("design MODEL --at MODEL5", "its margins also with the model of forward flight"),
+    ("design MODEL --at MODEL5", "also check the gains in forward flight"),
     ("simulate --seed 7", "a flight: helicopter, wind, sensors, estimator, servos"),
     ("simulate --test-points", "steps of the sticks, for identify"),
     ("simulate --excite all=3211", "test inputs that the autopilot flies itself"),
     ("simulate --velocity 5", "forward flight at 5 m/s"),
-    ("campaign --flights 1000 --seed 1", "many flights, with other vehicles, winds and sensors"),
+    ("campaign --flights 1000 --seed 1", "many flights with random vehicles, winds and sensors"),
     ("fly --config fly.toml", "the flight computer"),
-    ("play LOG --dmu /tmp/dmu --gps /tmp/gps", "a log as its sensors sent it, as a test"),
+    ("play LOG --dmu /tmp/dmu --gps /tmp/gps", "test `hovernav fly` with a log"),
     ("report RECORD", "the flight on a page: modes, sticks, checks, timing"),
     ("ground udp:14550", "the ground station"),
 ];
@@ -54,7 +54,7 @@ const EXAMPLES: &[(&str, &str)] = &[
 /// Exit status of every subcommand.
 pub const EXIT_STATUS: &str = "Exit status:
   0  success
-  1  an error, named on standard error with file, place, what was found and what was expected
+  1  an error: standard error states file, line, the value found and the value expected
   2  wrong usage";
 
 /// Adds a list of jobs, with the subcommand for each, to the help of the `command`. Adds examples and the exit status to

@@ -108,7 +108,7 @@ fn named(solution: &Solution, index: usize) -> NamedTrajectory {
     let is_smoothed = solution.flown().judged.summary.smoothed;
     NamedTrajectory {
         name: if is_smoothed { format!("{log}, smoothed") } else { log.clone() },
-        // This name is used if an earlier solution is of the same log.
+        // The name with a number distinguishes two solutions of the same log.
         source: format!("{log} ({})", index + 1).into(),
         trajectory: Trajectory::of_solutions(solution.states().to_vec()),
     }

@@ -235,9 +235,9 @@ impl Estimator {
         })))
     }
 
-    /// An inertial sample: angular rate, rad/s, and specific force, m/s²; optionally the unit's own roll, pitch and
-    /// yaw, °, and the magnetic field, gauss. A sample with NaN, or with a time that is not later than the previous
-    /// one, is rejected with a notice.
+    /// An inertial sample: angular rate, rad/s, and specific force, m/s²; optionally the inertial unit's own roll, pitch
+    /// and yaw, °, and the magnetic field, gauss. A sample with NaN, or with a time that is not later than the
+    /// previous one, is rejected with a notice.
     #[pyo3(signature = (time_s, gyro_radps, accel_mps2, *, attitude_deg=None, mag_gauss=None))]
     fn imu(
         &self,

@@ -22,7 +22,8 @@ const STUCK_AFTER: u32 = 16;
 /// Accelerations change more in vibration, so only acceleration words beyond the rated range are checked.
 const JUMP: u16 = RATED_RANGE / 2;
 
-/// Average number of packets between rejected jumps, one second at 33 Hz: violent motion loses no more packets.
+/// Smallest average number of packets from one rejected jump to the next. Violent motion thus loses at most one packet
+/// a second at 33 Hz.
 const JUMPS_APART: u32 = 33;
 /// Number of jumps that may be rejected in quick succession.
 const JUMPS_AT_ONCE: u32 = 3;

@@ -162,8 +162,8 @@ impl<T: Scalar> FlightControl<T> {
         self.engagement.is_engaged()
     }
 
-    /// Whether the switch has no effect until it has been opened. The reasons: the switch was closed at the start, or
-    /// it bounces. Or the autopilot refused to engage or gave the sticks back.
+    /// Whether the switch has no effect until it has been opened. The cause is one of four: it was closed at the start,
+    /// it bounced, or the autopilot refused to engage or gave the sticks back.
     #[must_use]
     pub fn is_refused(&self) -> bool {
         self.engagement == Engagement::Refused

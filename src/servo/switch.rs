@@ -72,7 +72,7 @@ pub struct Switch {
     /// Whether the pulses have meant off since they began.
     seen_off: bool,
     /// Number of consecutive pulses that mean on.
-    said_on: u8,
+    on_pulses: u8,
     /// Number of pulse errors at the last call, and time of the last evaluated pulse.
     last: Option<(u32, Time)>,
 }
@@ -84,27 +84,27 @@ impl Switch {
     /// [`ConfigError`] with the first invalid setting of `config`.
     pub fn new(config: SwitchConfig) -> Result<Self, ConfigError> {
         config.check()?;
-        Ok(Self { config, on: false, seen_off: false, said_on: 0, last: None })
+        Ok(Self { config, on: false, seen_off: false, on_pulses: 0, last: None })
     }
 
     /// Whether the switch is closed without effect, because it was closed when its pulses began. The pilot must open it
     /// first.
     #[must_use]
     pub const fn must_be_opened(&self) -> bool {
-        !self.seen_off && self.said_on >= self.config.pulses
+        !self.seen_off && self.on_pulses >= self.config.pulses
     }
 
     /// Whether the switch is on at `now`, by the channel's last pulse. Pulses older than `stale_after_s`, s, count as
     /// off. A pulse error since the last call restarts the count of pulses.
     pub fn update(&mut self, aux: &Captured, now: Time, stale_after_s: f64) -> bool {
         let Some(width_ms) = aux.fresh_ms(now, stale_after_s) else {
-            *self = Self { on: false, seen_off: false, said_on: 0, ..*self };
+            *self = Self { on: false, seen_off: false, on_pulses: 0, ..*self };
             return false;
         };
         let at = aux.pulse.map_or(now, |pulse| pulse.at);
         let before = self.last.replace((aux.errors, at));
         if before.is_some_and(|(errors, _)| errors != aux.errors) {
-            self.said_on = 0;
+            self.on_pulses = 0;
         }
         if before.is_some_and(|(_, pulse)| pulse == at) {
             return self.on;
@@ -114,12 +114,12 @@ impl Switch {
             Direction::Reversed => self.config.threshold_ms - width_ms,
         };
         if beyond_ms < -self.config.hysteresis_ms {
-            *self = Self { on: false, seen_off: true, said_on: 0, ..*self };
+            *self = Self { on: false, seen_off: true, on_pulses: 0, ..*self };
         } else if beyond_ms > self.config.hysteresis_ms {
-            self.said_on = self.said_on.saturating_add(1);
-            self.on |= self.seen_off && self.said_on >= self.config.pulses;
+            self.on_pulses = self.on_pulses.saturating_add(1);
+            self.on |= self.seen_off && self.on_pulses >= self.config.pulses;
         } else if !self.on {
-            self.said_on = 0;
+            self.on_pulses = 0;
         }
         self.on
     }
@@ -134,7 +134,7 @@ mod tests {
     }
 
     /// State of the switch after each of the widths, 20 ms apart.
-    fn said(config: SwitchConfig, widths_ms: &[f64]) -> Vec<bool> {
+    fn states_after(config: SwitchConfig, widths_ms: &[f64]) -> Vec<bool> {
         let mut switch = Switch::new(config).unwrap();
         let mut aux = Captured::default();
         (0..)
@@ -148,9 +148,9 @@ mod tests {
 
     #[test]
     fn a_switch_that_is_on_at_the_start_must_be_opened_first() {
-        assert!(said(SwitchConfig::default(), &[1.9; 50]).iter().all(|on| !on));
+        assert!(states_after(SwitchConfig::default(), &[1.9; 50]).iter().all(|on| !on));
         let again = [[1.9; 10], [1.1; 10], [1.9; 10]].concat();
-        assert!(said(SwitchConfig::default(), &again)[29]);
+        assert!(states_after(SwitchConfig::default(), &again)[29]);
         let mut switch = Switch::new(SwitchConfig::default()).unwrap();
         let mut aux = Captured::default();
         let waits: Vec<bool> = (0..20)
@@ -169,18 +169,21 @@ mod tests {
         for spike in [5, 10, 11, 20, 21, 22, 30, 31, 32, 33] {
             widths[spike] = 1.9;
         }
-        assert!(said(SwitchConfig::default(), &widths).iter().all(|on| !on));
+        assert!(states_after(SwitchConfig::default(), &widths).iter().all(|on| !on));
         let closed = [&[1.1; 3][..], &[1.9; 8], &[1.1], &[1.9; 4]].concat();
-        let on = said(SwitchConfig::default(), &closed);
+        let on = states_after(SwitchConfig::default(), &closed);
         assert_eq!((on[10], on[11], on[15]), (true, false, false));
     }
 
     #[test]
     fn between_the_thresholds_it_stays_as_it_is() {
-        let on = said(SwitchConfig::default(), &[&[1.1; 2][..], &[1.9; 6], &[1.5; 9]].concat());
+        let on =
+            states_after(SwitchConfig::default(), &[&[1.1; 2][..], &[1.9; 6], &[1.5; 9]].concat());
         assert!(on[7..].iter().all(|on| *on));
-        let off =
-            said(SwitchConfig::default(), &[&[1.1; 2][..], &[1.9; 4], &[1.5], &[1.9; 4]].concat());
+        let off = states_after(
+            SwitchConfig::default(),
+            &[&[1.1; 2][..], &[1.9; 4], &[1.5], &[1.9; 4]].concat(),
+        );
         assert!(off.iter().all(|on| !on), "the count restarted");
     }
 
@@ -188,7 +191,7 @@ mod tests {
     fn a_loss_of_pulses_or_an_impossible_one_opens_it_or_keeps_it_open() {
         let config = SwitchConfig { pulses: 3, ..SwitchConfig::default() };
         let impossible = [&[1.1; 2][..], &[1.9, 1.9, f64::NAN, 1.9, 1.9, 1.9]].concat();
-        let on = said(config, &impossible);
+        let on = states_after(config, &impossible);
         assert_eq!(on, [false, false, false, false, false, false, false, true]);
 
         let mut switch = Switch::new(config).unwrap();
@@ -208,7 +211,7 @@ mod tests {
     #[test]
     fn reversed_means_short_pulses() {
         let config = SwitchConfig { direction: Direction::Reversed, ..SwitchConfig::default() };
-        assert!(said(config, &[&[1.9; 2][..], &[1.1; 5]].concat())[6]);
+        assert!(states_after(config, &[&[1.9; 2][..], &[1.1; 5]].concat())[6]);
     }
 
     #[test]

@@ -44,7 +44,7 @@ pub enum SetupFault {
     },
     /// Heights change faster than the vertical velocity: they are not in metres.
     HeightScale {
-        /// Ratio of the changes of height to the changes according to the velocity: 3.28 of feet.
+        /// Ratio of the changes of height to the changes according to the velocity: 3.28 for heights in feet.
         factor: f32,
     },
     /// The vertical velocity is positive up: the fixes' heights change with the opposite sign of the reported down
@@ -59,7 +59,7 @@ pub enum SetupFault {
     },
     /// Positions move faster or slower than the velocity: the velocity is not in m/s.
     VelocityScale {
-        /// Size of the velocity's unit, m/s: 0.514 of knots, 0.278 of km/h, 0.01 of cm/s.
+        /// Size of the velocity's unit, m/s: 0.514 for knots, 0.278 for km/h, 0.01 for cm/s.
         unit_mps: f32,
     },
     /// All velocities are zero, and the positions move.
@@ -155,7 +155,7 @@ impl fmt::Display for SetupFault {
             Self::ForceDirection { up: [x, y, z] } => write!(
                 f,
                 "mean specific force along ({x:.2}, {y:.2}, {z:.2}), expected −z: axes other than forward, right, down, \
-                 or a unit mounted on its side or back"
+                 or an inertial unit mounted on its side or back"
             ),
             Self::RatesInDegrees { reported_rad, seen_rad } => write!(
                 f,

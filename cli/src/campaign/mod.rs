@@ -132,7 +132,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let seeds: Vec<u64> = Campaign::seeds(arguments.seed, arguments.flights, own, of).collect();
     ensure!(
         !seeds.is_empty(),
-        "shard {own}/{of}: found none of the {} flights in it",
+        "shard {own}/{of}: contains none of the {} flights",
         arguments.flights
     );
     let bar = output::bar(seeds.len());

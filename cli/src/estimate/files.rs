@@ -91,7 +91,7 @@ mod tests {
     fn a_rate_is_kept_on_average_and_never_exceeded() {
         assert_eq!(taken(10.0, 10_000_000, 51), [0, 10, 20, 30, 40, 50]);
         assert_eq!(taken(10.0, 30_303_030, 3301).len(), 1000);
-        // A log with fewer samples than the rate is written completely.
+        // A log with a lower sample rate than the requested output rate is written completely.
         assert_eq!(taken(10.0, 200_000_000, 5), [0, 1, 2, 3, 4]);
     }
 }

@@ -40,7 +40,7 @@ pub fn write(
     Ok(())
 }
 
-/// Response below which a model has none: rounding errors remain, and zero has no decibels.
+/// Largest magnitude of a response that is only rounding error. It counts as absent: zero has no decibels.
 const NONE: f64 = 1e-12;
 
 /// One row per stick, output and frequency. Magnitudes are in dB of the output's unit, rad/s or m/s², per unit stick.

@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ensure!(
         !solutions.is_empty(),
         "{}: no solution to identify from: alignment found no fix after {} s of inertial samples, \
-         or found no heading. Rates need neither: --model rates",
+         or found no heading. --model rates needs no solution",
         log.display(),
         config.alignment.duration_s
     );

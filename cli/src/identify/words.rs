@@ -235,9 +235,9 @@ pub fn early_sticks(found: &Identification) -> Option<String> {
         .collect();
     (!early.is_empty()).then(|| {
         format!(
-            "A negative delay does not mean that the vehicle responds before its cause. The stick moved earlier \
-             than the sample that recorded it ({}). This happens if a stick moves between samples and the last \
-             value is recorded.",
+            "A negative delay does not mean that the vehicle responds before the stick moves. The stick moved \
+             earlier than the sample that recorded its position ({}). This happens if a stick moves between samples \
+             and the last value is recorded.",
             early.join(", ")
         )
     })

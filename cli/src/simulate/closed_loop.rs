@@ -152,7 +152,7 @@ pub fn record(
     warnings: Vec<String>,
     started: Instant,
 ) -> anyhow::Result<()> {
-    // The steps of the bar are seconds of flight; the estimation adds the remaining fraction of steps.
+    // One step of the bar is a second of flight. The rest of the bar, 1 − `FLYING`, shows the estimation afterwards.
     let bar = output::bar((config.duration_s / FLYING).ceil() as usize);
     let flight = config.fly_with(|second| bar.set_position(second as u64))?;
     let (mut dataset, truth) = flight.dataset();

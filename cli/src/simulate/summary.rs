@@ -134,7 +134,7 @@ impl ClosedLoopSummary {
         let from_s = self.judged_from_s;
         let Some(held) = &self.held else {
             return format!(
-                "the flight ends before {from_s:.0} s, from which on the hover is judged: no figures"
+                "no statistics: the evaluation of the hover begins at {from_s:.0} s, after the end of the flight"
             );
         };
         let [u, v, w] = held.velocity_rms_mps;

@@ -12,8 +12,8 @@ use crate::arguments::{finite, second};
 const FIRST_S: f64 = 30.0;
 /// Time between set-points, s.
 const APART_S: f64 = 30.0;
-/// Time after a set-point from which on the velocity is judged, s. At 1 m/s² it contains the acceleration by up to 15 m/s,
-/// the most that guidance permits.
+/// Time after a set-point from which on the velocity is judged, s. Within it an acceleration of 1 m/s² reaches 15 m/s,
+/// the largest speed that guidance permits.
 const REACHED_S: f64 = 15.0;
 
 /// Set-point in the form `FORWARD[,RIGHT[,DOWN[,TURN]]][@SECOND]`, or `hold[@SECOND]`.
@@ -111,7 +111,7 @@ impl VelocitySummary {
     pub fn in_words(&self) -> String {
         let [forward, right, down] = self.wanted_mps;
         let found = self.deviation_rms_mps.map_or_else(
-            || format!("no figures, for it ends within {REACHED_S:.0} s"),
+            || format!("no statistics: it ended within {REACHED_S:.0} s"),
             |[forward, right, down]| {
                 format!("within {forward:.2}, {right:.2}, {down:.2} m/s RMS of it")
             },

@@ -56,24 +56,24 @@ pub struct Report {
     pub uncounted: Option<String>,
 }
 
-/// Times everything over `cycles` cycles of the loop. `tell` receives the name of the next step.
+/// Times everything over `cycles` cycles of the loop. `on_step` receives the name of the next step.
 ///
 /// # Errors
 /// If the synthetic flight fails, which is an error of this crate.
-pub fn run(cycles: u64, mut tell: impl FnMut(&str)) -> Result<Report, String> {
+pub fn run(cycles: u64, mut on_step: impl FnMut(&str)) -> Result<Report, String> {
     let machine = Machine::prepare();
     let clock_ns = distribution::clock_ns();
-    tell("predictions and updates");
+    on_step("predictions and updates");
     let mut steps = kernels::full(cycles, clock_ns)?;
     steps.extend(kernels::without_height_aids(cycles, clock_ns)?);
     steps.extend(kernels::base(cycles, clock_ns)?);
-    tell("the dense textbook form");
+    on_step("the dense textbook form");
     steps.extend(dense::all(cycles.min(20_000), clock_ns));
-    tell("the flight loop");
+    on_step("the flight loop");
     let time = flight_loop::time(cycles, clock_ns)?;
     let share_of_period = time.max_ns * 1e-9 / PERIOD_S;
     let cycle = Timed { name: "cycle of the flight loop", states: 26, time, instructions: None };
-    tell("the worst case");
+    on_step("the worst case");
     let worst = worst::search(clock_ns)?;
     Ok(Report {
         machine,

@@ -273,9 +273,9 @@ impl CheckedDesign {
         Ok(self)
     }
 
-    /// The configuration of the autopilot with these gains. With models at other speeds, the largest commanded speed is
-    /// that up to which the margins suffice. It is at least 1 m/s and at most 15 m/s. The limit applies in every
-    /// direction, also in those without a model.
+    /// The configuration of the autopilot with these gains. With models of forward flight, the largest commanded
+    /// speed is the speed up to which the margins suffice, limited to 1 m/s to 15 m/s. It applies in every direction,
+    /// also in those without a model.
     #[must_use]
     pub fn autopilot(&self) -> HoverConfig {
         let mut config = HoverConfig::new(self.design.period_s, self.gains);

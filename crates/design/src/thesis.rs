@@ -103,7 +103,8 @@ impl PrintedDesign {
     }
 
     /// Spectral radius of the roll-and-pitch loop and of the heave loop with these gains, with sticks held for
-    /// `period_s`; unstable above 1. The derivative of w at a sample follows from the stick held until then.
+    /// `period_s`; unstable above 1. The derivative gain of heave acts on the derivative of w just before each sample,
+    /// which the previous stick determines.
     ///
     /// # Errors
     /// [`DesignError::Range`] for a period that is not above zero.

@@ -78,7 +78,7 @@ impl Vibration {
     }
 
     /// Root mean square of the second differences over √6, per component: the standard deviation of white noise.
-    /// `None` of fewer than three samples.
+    /// `None` for fewer than three samples.
     pub fn rms(&self) -> Option<[f64; 6]> {
         let count = (self.count > 0).then_some(self.count as f64)?;
         Some(self.squares.map(|squares| (squares / (6.0 * count)).sqrt()))

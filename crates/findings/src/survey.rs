@@ -81,7 +81,7 @@ fn missing(dataset: &Dataset) -> Vec<String> {
              horizontally, and drifts in a hover",
         );
     } else if !has_field {
-        say("no magnetometer: heading comes from the unit's own attitude alone");
+        say("no magnetometer: heading comes from the inertial unit's own attitude alone");
     }
     if dataset.baro.is_empty() {
         say(

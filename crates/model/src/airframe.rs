@@ -70,7 +70,7 @@ pub enum AirframeError {
     },
     /// The forces depend on the heading.
     #[error(
-        "A, row {row}, column psi: found {found}, expected 0: the air does not know the heading"
+        "A, row {row}, column psi: found {found}, expected 0: no aerodynamic force depends on the heading"
     )]
     Heading {
         /// State of the row.

@@ -18,8 +18,8 @@ pub enum Unflyable {
     },
     /// An identified model without a verdict. Identification always writes a verdict.
     #[error(
-        "found {found} and no verdict, expected the verdict of `hovernav identify`, or a model written by hand, \
-         which has no {key}"
+        "found {found} and no verdict, expected the verdict that `hovernav identify` writes; a model written by hand \
+         has no {key}"
     )]
     NoVerdict {
         /// Evidence that the model was identified.

@@ -67,7 +67,7 @@ pub fn pieces(bytes: &[u8]) -> impl Iterator<Item = (usize, Piece<'_>)> {
                         }
                         return Some((at, Piece::Chunk(data)));
                     }
-                    // The content is damaged, or the length: a wrong length is not followed by a record.
+                    // If a record follows, the length is right and the content is damaged.
                     Err(reason) if is_followed(bytes, at + FRAME + body.len()) => {
                         let bytes = FRAME + body.len();
                         offset += bytes;

@@ -93,7 +93,7 @@ impl Happening {
                 let (percent, sigma_deg) = (100.0 * share, sigma_rad.to_degrees());
                 let text = if *lasts {
                     ShortText::new(
-                        "magnetic field has stayed changed: unknown which one is right, heading one-sigma enlarged",
+                        "magnetic field has stayed changed: the old or the new field may be right, heading one-sigma enlarged",
                     )
                 } else {
                     ShortText::new(format_args!(

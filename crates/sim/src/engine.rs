@@ -17,8 +17,8 @@ pub struct EngineConfig {
 }
 
 impl Default for EngineConfig {
-    /// Inertia and torque of the class. Blades, bar and tail have about 0.1 kg·m²; 13 N·m at 160 rad/s are the 2.1 kW
-    /// of a 15 cm³ glow engine.
+    /// Values of a 60-class helicopter. Blades, bar and tail have an inertia of about 0.1 kg·m². A glow engine of 15 cm³
+    /// has 2.1 kW: 13 N·m at 160 rad/s.
     fn default() -> Self {
         Self { governor_time_s: 0.5, droop: 0.03, inertia_kgm2: 0.1, max_torque_nm: 13.0 }
     }

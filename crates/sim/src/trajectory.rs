@@ -65,8 +65,8 @@ pub enum TrajectoryError {
 
 /// A flight of the centre of gravity from time 0 to [`duration_s`](Self::duration_s).
 ///
-/// Made by [`FlightPlan::build`](super::FlightPlan::build). Before its start and after its end the vehicle is at rest
-/// in its state there.
+/// Made by [`FlightPlan::build`](super::FlightPlan::build). Before the start [`at`](Self::at) returns the first
+/// state, after the end the last.
 #[derive(Clone)]
 pub struct Trajectory {
     stretches: Vec<Stretch>,

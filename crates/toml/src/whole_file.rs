@@ -29,7 +29,7 @@ impl WholeFile {
         match std::fs::metadata(path) {
             Ok(found) if found.is_file() => {
                 if !path.is_symlink() {
-                    // This fails in the same cases as overwriting the file.
+                    // Opening the file for writing fails in the same cases as overwriting it.
                     OpenOptions::new().write(true).open(path)?;
                     permissions = Some(found.permissions());
                 }

@@ -95,7 +95,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar, H: HeadingMethod<T>> Estimator<L, 
     }
 }
 
-/// `start` with the one-sigma of its heading applied about `axis`. The attitude is unknown about this axis.
+/// Returns `start` with the one-sigma of its heading about `axis` instead of about down. The attitude about `axis` is
+/// unknown.
 pub(super) fn open_about(start: Start, axis: Vector<Ned>) -> Start {
     let [.., open_rad] = start.attitude_sigma_rad.to_array();
     HeadingSearch::turned_start(start, axis, 0.0, open_rad)

@@ -131,9 +131,9 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             Some([position_h, position_v, velocity_h, velocity_v].map(|m| m as f32));
     }
 
-    /// Sets the one-sigmas of three slow errors, from state `first` on, to the fraction `share`, at most 0.99, of
-    /// `sigma`. If `from_fix`, correlates each with the error of the state that the fix has set. These states start at
-    /// index `of`. Returns the one-sigmas of the slow errors.
+    /// Sets the one-sigmas of three slow errors, from state `first` on, to the fraction `share` of `sigma`, at most
+    /// 0.99. If a fix has set the three states from index `of` on (`from_fix`), correlates each slow error with the
+    /// error of its state. Returns the one-sigmas of the slow errors.
     fn set_slow_errors_of_start(
         &mut self,
         first: usize,

@@ -122,9 +122,9 @@ pub(super) struct Gates {
 /// Horizontal position or height of the fixes.
 #[derive(Clone, Copy, Debug)]
 struct Place {
-    /// Time for which it was fused, s, since the fix that made it known.
+    /// Time for which fixes of this position or height were fused, s, since the fix that made it known.
     fused_s: f32,
-    /// Innovation when its rejection began, m.
+    /// Innovation at the first rejection of the present series, m.
     first_off_m: f32,
     /// Second hypothesis.
     previous: Previous,
@@ -301,18 +301,18 @@ impl Gates {
         }
     }
 
-    /// Notes the shift, m, north, east and down, by which a fix has moved the expected position of the next fix. It does
-    /// not move the second hypotheses.
+    /// Accounts for the shift, m, north, east and down, by which a fix has moved the expected position of the next fix.
+    /// The second hypotheses keep their position; only their offsets from the expected position change.
     pub fn shift_position(&mut self, [north_m, east_m, down_m]: [f32; 3]) {
         let [level, vertical] = &mut self.places;
         level.previous.shift([north_m, east_m]);
         vertical.previous.shift([down_m, 0.0]);
     }
 
-    /// Whether positions drift from their velocity, after another shift by a fix, m, north and east. They do once the
-    /// sum of such shifts exceeds `least_m` while the velocity was fused too. The drift ends when the sum falls below
-    /// half of `least_m`. During the drift, the position at its start is a second hypothesis. Returns the drift, m; zero
-    /// without a drift.
+    /// Adds the shift `moved_m`, m, north and east, of the expected position by a fix, and detects a drift of positions
+    /// away from their velocity. A drift begins when the sum of the shifts exceeds `least_m`; only shifts during fused
+    /// velocities count. It ends when the sum falls below half of `least_m`. During the drift, the position at its
+    /// start is a second hypothesis. Returns the drift, m; zero without a drift.
     ///
     /// # Source
     /// Equation (K25) of docs/equations.md.
@@ -335,8 +335,8 @@ impl Gates {
         drifted_m
     }
 
-    /// Distances, m, horizontal and vertical, to a previous position and height, each times the weight with which it may
-    /// still be right.
+    /// Distances, m, horizontal and vertical, to a previous position and height. Each is multiplied by the weight, 0 to
+    /// 1, of that hypothesis.
     pub fn ambiguity_m(&self) -> [f32; 2] {
         self.places.map(|place| place.previous.ambiguity_m())
     }
@@ -351,8 +351,8 @@ impl Gates {
         }
     }
 
-    /// Notes a rejected position. Before the first accepted fix, the start position or the fix may be right: the fix
-    /// becomes the second hypothesis.
+    /// Stores a rejected position as the second hypothesis, if no fix was accepted before. Either the position at the
+    /// start or the fix may be right.
     pub fn note_rejected_position(&mut self, group: Group, off: &Off) {
         let has_accepted = self.gate(group).has_accepted();
         if let Some(place) = self.place(group).filter(|_| !has_accepted) {
@@ -367,7 +367,7 @@ impl Gates {
         }
     }
 
-    /// Notes that the next fix makes the position known.
+    /// Resets the time for which positions were fused: the position counts as unknown until the next fix.
     pub fn forget_position(&mut self) {
         let [place, _] = &mut self.places;
         place.fused_s = 0.0;

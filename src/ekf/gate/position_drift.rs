@@ -1,6 +1,6 @@
 //! Drift of the positions of fixes away from the velocity that they report.
 
-/// Recent shift of the expected position that updates of the filter cause, without the motion of the vehicle.
+/// Recent sum of the corrections by which fixes shifted the expected position. It decays with time.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::ekf) struct PositionDrift {
     /// Shift north and east, m.

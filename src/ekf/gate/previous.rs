@@ -3,15 +3,15 @@
 use super::position_drift::MAX_MEMORY_S;
 use crate::matrix::square;
 
-/// Position, horizontal or vertical, that may be right in place of the filter's: the one that the filter left for the
-/// position of a fix, without other evidence.
+/// Second hypothesis of the horizontal or vertical position: the filter's position before a fix moved it without other
+/// evidence. Either position may be right.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Previous {
     /// Offset from the position that the filter expects of the next fix, m: north and east, or down and zero.
     offset_m: [f32; 2],
     /// Weight, 0 to 1. It decreases while fixes at the filter's position are fused.
     weight: f32,
-    /// Time constant of the decrease, s: the time for which fixes at this position were fused.
+    /// Time constant of the decrease, s: total time of the fixes fused at this position.
     reported_s: u8,
     /// Whether a fix at this position resets the filter to it. Otherwise the filter left it in ordinary updates, which
     /// moved its slow position errors too.
@@ -32,8 +32,8 @@ impl Previous {
         self.weight * length(self.offset_m)
     }
 
-    /// Replaces the hypothesis by a position at this offset, for which `reported_s` s of fixes were fused. Of the two,
-    /// the one with the larger ambiguity stays.
+    /// Replaces the hypothesis by the position at `offset_m`, m, if its ambiguity is larger. Fixes at that position
+    /// were fused for `reported_s`, s.
     pub fn keep(&mut self, offset_m: [f32; 2], reported_s: f32, can_return: bool) {
         if length(offset_m) > self.ambiguity_m() {
             let reported_s = reported_s.clamp(1.0, MAX_MEMORY_S) as u8;
@@ -41,15 +41,15 @@ impl Previous {
         }
     }
 
-    /// Keeps the filter's present position, for which `reported_s` s of fixes were fused, before the filter moves by
-    /// about `off_m`, in a reset or not. The earlier hypothesis stays if its ambiguity is larger after that.
+    /// Stores the filter's present position as the hypothesis, before the filter moves by about `off_m`, m. Fixes at
+    /// that position were fused for `reported_s`, s. The earlier hypothesis stays if its ambiguity is then larger.
     pub fn leave(&mut self, off_m: [f32; 2], reported_s: f32, in_reset: bool) {
         self.shift(off_m);
         self.keep(off_m.map(|off_m| -off_m), reported_s, in_reset);
         self.shift(off_m.map(|off_m| -off_m));
     }
 
-    /// Notes that fixes moved the filter's position, m.
+    /// Updates the offset after fixes moved the filter's position by `moved_m`, m: north and east, or down and zero.
     pub fn shift(&mut self, moved_m: [f32; 2]) {
         for (offset, moved) in self.offset_m.iter_mut().zip(moved_m) {
             *offset -= moved;

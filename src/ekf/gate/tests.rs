@@ -10,7 +10,7 @@ fn off(innovation: f64) -> Off {
 
 /// Time, s, until a height with offset `off_m` is accepted after `right_s` of correct heights. A barometer and the
 /// receiver's own vertical velocity agree with the filter throughout.
-fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
+fn accepted_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
     let (mut gates, config) = (Gates::NONE, GateConfig::default());
     (0..5 * (right_s + 300)).find_map(|step| {
         let time = Time::from_nanoseconds(step * 200_000_000);
@@ -31,19 +31,19 @@ fn believed_after_s(right_s: i64, off_m: impl Fn(f64) -> f64) -> Option<f64> {
 #[test]
 fn a_level_in_dispute_is_settled_by_who_was_right_for_longer() {
     for (right_s, max_s) in [(5, 30.0), (40, 40.0), (100, 100.0), (1000, 120.0)] {
-        let after_s = believed_after_s(right_s, |_| 50.0).unwrap();
+        let after_s = accepted_after_s(right_s, |_| 50.0).unwrap();
         assert!((after_s - max_s).abs() < 1.0, "{right_s} s: {after_s}");
     }
 }
 
 #[test]
 fn a_height_that_drifts_away_from_a_barometer_is_not_believed() {
-    assert_eq!(believed_after_s(40, |wrong_s| 20.0 + wrong_s), None);
+    assert_eq!(accepted_after_s(40, |wrong_s| 20.0 + wrong_s), None);
 }
 
 #[test]
 fn a_place_that_jumps_is_believed_once_it_was_told_for_as_long_as_the_one_before() {
-    for (told_s, believed_s) in [(3.0, 3.0), (12.0, 12.0), (100.0, 30.0)] {
+    for (reported_s, accepted_s) in [(3.0, 3.0), (12.0, 12.0), (100.0, 30.0)] {
         let (mut gates, config) = (Gates::NONE, GateConfig::default());
         let after_s = (0..200).find_map(|second| {
             let time = Time::ZERO + f64::from(second);
@@ -51,7 +51,7 @@ fn a_place_that_jumps_is_believed_once_it_was_told_for_as_long_as_the_one_before
             if second == 0 {
                 gates.forget_position();
             }
-            let wrong_s = f64::from(second) - told_s - 1.0;
+            let wrong_s = f64::from(second) - reported_s - 1.0;
             if wrong_s < 0.0 {
                 gates.accepted(Group::HorizontalPosition, time, &off(0.0), 1.0);
                 return None;
@@ -59,7 +59,7 @@ fn a_place_that_jumps_is_believed_once_it_was_told_for_as_long_as_the_one_before
             let off = off(40.0);
             gates.note_rejection(Group::HorizontalPosition, time, &off, &config).map(|_| wrong_s)
         });
-        assert_eq!(after_s, Some(believed_s));
+        assert_eq!(after_s, Some(accepted_s));
     }
 }
 
@@ -82,11 +82,11 @@ fn a_height_that_jumps_after_the_heading_was_found_is_a_fault_of_the_receiver() 
     assert_eq!(after_s, Some(30));
 }
 
-/// A position reported for `told_s` jumps by 40 m, with a receiver that agrees in velocity throughout. Returns the
+/// A position reported for `reported_s` jumps by 40 m, with a receiver that agrees in velocity throughout. Returns the
 /// ambiguity, m, `seconds` after the jump, and the time, s, until the previous position is accepted again.
-fn disputed_after(told_s: i32, seconds: i32) -> (f32, Option<i32>) {
+fn ambiguity_after(reported_s: i32, seconds: i32) -> (f32, Option<i32>) {
     let (mut gates, config) = (Gates::NONE, GateConfig::default());
-    let hear = |gates: &mut Gates, second: i32, off_m: f64| {
+    let report_fix = |gates: &mut Gates, second: i32, off_m: f64| {
         let time = Time::ZERO + f64::from(second);
         gates.accepted(Group::HorizontalVelocity, time, &off(0.0), 1.0);
         if off_m == 0.0 {
@@ -101,27 +101,27 @@ fn disputed_after(told_s: i32, seconds: i32) -> (f32, Option<i32>) {
         is_reset
     };
     let mut off_m = 40.0;
-    for second in 0..told_s + seconds {
-        let is_off = second >= told_s && off_m > 0.0;
-        if hear(&mut gates, second, if is_off { off_m } else { 0.0 }) {
+    for second in 0..reported_s + seconds {
+        let is_off = second >= reported_s && off_m > 0.0;
+        if report_fix(&mut gates, second, if is_off { off_m } else { 0.0 }) {
             off_m = 0.0;
         }
     }
     let ambiguity_m = gates.ambiguity_m()[0];
-    let back = (0..60).find(|second| hear(&mut gates, told_s + seconds + second, -40.0));
+    let back = (0..60).find(|second| report_fix(&mut gates, reported_s + seconds + second, -40.0));
     (ambiguity_m, back)
 }
 
 #[test]
 fn a_place_believed_by_its_word_alone_stays_in_dispute_for_as_long_as_the_one_before_was_told() {
-    assert_eq!(disputed_after(300, 20), (0.0, Some(10)));
-    assert_eq!(disputed_after(300, 31).0, 40.0);
-    let (left_m, back_s) = disputed_after(300, 90);
+    assert_eq!(ambiguity_after(300, 20), (0.0, Some(10)));
+    assert_eq!(ambiguity_after(300, 31).0, 40.0);
+    let (left_m, back_s) = ambiguity_after(300, 90);
     assert!((25.0..32.0).contains(&left_m) && back_s == Some(2), "{left_m} {back_s:?}");
-    let (left_m, _) = disputed_after(300, 630);
+    let (left_m, _) = ambiguity_after(300, 630);
     assert!((1.0..3.0).contains(&left_m), "{left_m}");
     // A position reported for ten seconds is outweighed sooner.
-    let (left_m, _) = disputed_after(11, 70);
+    let (left_m, _) = ambiguity_after(11, 70);
     assert!(left_m < 0.5, "{left_m}");
 }
 
@@ -158,7 +158,7 @@ fn a_place_that_walks_away_from_its_own_velocity_is_in_dispute_with_where_the_wa
 #[test]
 fn a_place_that_walks_back_is_in_dispute_no_longer() {
     let mut gates = drifted(40, 1.0);
-    // In 31 s it walks as far as the second hypothesis is away.
+    // In 31 s the position drifts by the distance to the second hypothesis.
     let left_m: Vec<f32> = (100..131)
         .map(|second| {
             let time = Time::ZERO + f64::from(second);

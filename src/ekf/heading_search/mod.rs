@@ -66,7 +66,7 @@ const PROVEN_S: f64 = 5.0;
 /// Minimum information from motion, as a fraction of the information on an agreed heading. The one-sigma with which a
 /// hypothesis starts corresponds to a fraction of 0.29.
 const PROVEN_EVIDENCE: f64 = 0.25;
-/// Minimum one-sigma of an unproven heading, rad: three of them cover the circle.
+/// Minimum one-sigma of an unproven heading, rad: ±3 one-sigmas cover the circle.
 const UNPROVEN_RAD: f64 = 1.05;
 /// Minimum weight of the hypothesis at a two-antenna heading, as a fraction of the weight of the best hypothesis.
 const MIN_SHARE: f64 = 0.01;

@@ -103,7 +103,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
 /// One-sigma of the pressure error of a static port without a probe of its own, as a fraction of the dynamic pressure.
 /// Assumed, and compared only with two flights of model aircraft.
 const WIND_SHARE: f64 = 0.1;
-/// Time, s, for which the air comes from one side. Assumed, and compared only with two flights of model aircraft.
+/// Correlation time, s, of the pressure error from airflow: the direction of the airflow is constant for about this
+/// time. Assumed, and compared only with two flights of model aircraft.
 const WIND_TIME_S: f64 = 5.0;
 /// Minimum interval between two readings that counts, s.
 const MIN_S: f64 = 0.01;

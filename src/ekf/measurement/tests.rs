@@ -64,7 +64,7 @@ fn filter(parameters: &[f64; N], nominal: Option<NavState>) -> FullEkf {
         filter.predict(&sample).unwrap();
     }
     filter.parameters = *parameters;
-    // With the specific force attributed entirely to motion.
+    // The complete specific force counts as motion, as before the first sample.
     filter.memory.level_force = LevelForce::NONE;
     if let Some(state) = nominal {
         filter.state = state;

@@ -200,8 +200,8 @@ impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {
             .map(|axis| at(POSITION + axis) + L::GPS_POSITION.map_or(0.0, |first| at(first + axis)))
     }
 
-    /// Before a position is fused: notifies the gates if this fix first makes the position known. This is the case if
-    /// the `variance` of the position is large compared to the `noise` of the fix, both in m².
+    /// Notifies the gates of a position that was unknown before this fix: the `variance` of the position is large
+    /// compared to the `noise` of the fix, both in m². Called before the position is fused.
     fn judge_position(&mut self, variance: f64, noise: f64) {
         let wander_m = self.memory.gps_wander.map_or(0.0, |[level, ..]| level.into());
         if variance > square(UNKNOWN) * square(wander_m).max(noise) {

@@ -14,7 +14,7 @@ pub(super) struct GpsNoise {
     pub velocity_variance: [f64; 3],
 }
 
-/// Largest factor by which stated one-sigmas change and still count as the same.
+/// Largest ratio of two stated one-sigmas that count as equal.
 const STEADY: f64 = 1.25;
 
 impl<L: Layout<N>, const N: usize, T: Scalar> Ekf<L, N, T> {

@@ -31,8 +31,7 @@ impl Group {
         (self as usize) < Self::GPS
     }
 
-    /// Number of the group among those that have one axis and observe height, as `Gates::is_biased`
-    /// requires.
+    /// Index of the group among those that have one axis and observe height; `None` for other groups.
     pub const fn height(self) -> Option<usize> {
         match self {
             Self::VerticalPosition => Some(0),

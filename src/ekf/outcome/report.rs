@@ -17,8 +17,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// The innovations, each with its verdict. Each one is the residual after the axes before it. So they are
-    /// uncorrelated, and their normalised squares add up to that of the fix.
+    /// The innovations, each with its verdict. Each innovation is computed after the update with the earlier axes. The
+    /// innovations are therefore uncorrelated: the sum of their normalised squares is that of the whole fix.
     pub fn innovations(&self) -> impl Iterator<Item = &Innovation> {
         self.axes.iter().flatten()
     }

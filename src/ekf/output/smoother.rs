@@ -251,7 +251,7 @@ impl<const N: usize> Adjoint<N> {
         let half_done = self.information;
         self.information = core::array::from_fn(|i| core::array::from_fn(|j| half_done[j][i]));
         pull_back::<N, N>(step, &mut self.information);
-        // Otherwise rounding would make Λ asymmetric over a long log.
+        // Mirroring keeps Λ symmetric: over a long log, rounding would make it asymmetric.
         mirror(&mut self.information);
     }
 

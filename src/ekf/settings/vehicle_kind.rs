@@ -19,8 +19,8 @@ pub enum VehicleKind {
     /// Aeroplane.
     FixedWing,
     /// Vehicle on wheels. From 2.5 s after the last fix on, the filter limits its velocity to the direction of the
-    /// road. No fixes have to show the wheels first. Fixes show the direction of travel in the inertial unit's axes.
-    /// Until then it is as uncertain as the mounting of the inertial unit. Only layouts with
+    /// road, without first having to detect wheels from fixes. The direction of travel in the inertial unit's axes is
+    /// as uncertain as the mounting of the inertial unit, until fixes show it. Only layouts with
     /// [`WHEELS`](crate::ekf::layout::Layout::WHEELS) have this constraint; in others the kind has no effect.
     Wheeled,
     /// Vessel on water.

@@ -26,8 +26,8 @@ impl BiasShift {
         f64::from(self.learned).min(assumed).min(square(SHAKEN_RADPS))
     }
 
-    /// Learns from a rest after a motion. `found` is the largest squared difference, (rad/s)², between measured and
-    /// estimated bias of an axis.
+    /// Updates the variance by a rest after a motion. `found` is the largest squared difference, (rad/s)², between
+    /// measured and estimated bias of an axis.
     pub fn learn(&mut self, found: f64) {
         let before = if self.learned.is_finite() { f64::from(self.learned) } else { found };
         self.learned = (before + NEWEST * (found - before)) as f32;

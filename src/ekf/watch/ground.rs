@@ -13,7 +13,7 @@ pub(in crate::ekf) struct Ground {
     last: Option<LastReading>,
 }
 
-/// The last reading, and the time since which its value has been the same.
+/// The last reading, and the time of the first reading with the same value.
 #[derive(Clone, Copy, Debug)]
 struct LastReading {
     time: Time,
@@ -31,7 +31,7 @@ impl Ground {
     /// The memory before the first reading.
     pub const UNKNOWN: Self = Self { height_m: None, last: None };
 
-    /// Notes a reading. Its beam, in NED and of length one, hits the ground at `hit` from the inertial unit, which
+    /// Stores a reading. Its beam, in NED and of length one, hits the ground at `hit` from the inertial unit, which
     /// moves at `velocity_mps`. Returns the distance that the spot moved over the ground since the last reading, m.
     pub fn see(
         &mut self,
@@ -80,9 +80,9 @@ impl Ground {
 const LONGEST_S: f64 = 10.0;
 /// Time, s, for which a distance must repeat bit for bit during a motion before the sensor counts as stuck.
 const STUCK_S: f64 = 1.0;
-/// Smallest turn of the beam, rad, that counts as such a motion.
+/// Smallest turn of the beam, rad, that counts as a motion of the vehicle.
 const TURNED_RAD: f64 = 0.02;
-/// Smallest path, m, that counts as such a motion.
+/// Smallest path, m, that counts as a motion of the vehicle.
 const MOVED_M: f64 = 0.3;
 /// Speed, m/s, that is subtracted before the path is summed, so that a vehicle at rest has no path.
 const STANDING_MPS: f64 = 0.3;

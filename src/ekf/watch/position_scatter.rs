@@ -1,7 +1,8 @@
 //! White noise of the positions of a receiver that reports no velocity, from the second differences of its fixes.
 //!
-//! Most receivers filter their positions: successive errors are nearly equal. The positions of others, of a simulator or
-//! of radio beacons, have errors that change from fix to fix. Taken for slow errors, these would look like motion.
+//! Most receivers filter their positions: successive errors are nearly equal. Other sources, such as simulators and
+//! radio beacons, have errors that change from fix to fix. A filter that models these as slow errors would attribute
+//! their changes to motion.
 
 use crate::earth::Geodetic;
 use crate::gps::Fix;

@@ -1,9 +1,9 @@
 //! Detects a receiver that contradicts itself: no motion connects three successive fixes.
 //!
 //! Between two fixes the inertial unit measures the change of velocity, and the receiver's own velocities give the
-//! change of position. A single jump leaves that path once. A diverged filter or a bias step leaves it to the same side
-//! each time. Alternating departures come from a jammed, reflected or broken receiver. Neither a wrong heading nor a
-//! tilt error of ten degrees causes them.
+//! change of position. Fixes depart from this prediction once if the receiver jumps. They depart to the same side each
+//! time after a bias step, or if the filter has diverged. Departures to alternating sides come from a jammed,
+//! reflected or broken receiver. Neither a wrong heading nor a tilt error of ten degrees causes them.
 
 use super::BETWEEN_FIXES_S;
 use crate::earth::Geodetic;
@@ -19,7 +19,7 @@ pub(in crate::ekf) struct SelfContradiction<T> {
     last: Option<Reading>,
     /// Change of velocity by specific force since the last fix, m/s.
     felt_mps: Vector<Ned, T>,
-    /// Whether samples since the last fix are missing or were at full scale.
+    /// Whether samples since the last fix are missing or at full scale, so that `felt_mps` is incomplete.
     in_part: bool,
     unexplained: Unexplained,
     usual_mps: Usual,
@@ -89,7 +89,7 @@ impl Usual {
         limits
     }
 
-    /// Learns from a change, NED, over an interval, s. An unusual one has a part beyond `limits`.
+    /// Updates the mean squares with a change, NED, over an interval, s. A change that exceeds `limits` is unusual.
     fn learn(
         &mut self,
         [north, east, down]: [f64; 3],
@@ -134,8 +134,8 @@ impl Unexplained {
 const MIN_S: f64 = 0.8;
 /// Usual error of a velocity change, m/s, from vibration and a swinging antenna.
 const AGREEMENT_MPS: f64 = 1.0;
-/// Factor on the recent acceleration times the interval. A velocity change up to this product is explained for any
-/// heading and any delay of the fixes.
+/// Factor on the product of recent acceleration and interval between two fixes. A heading error or a delay of the fixes
+/// can cause a velocity difference up to this limit, so a smaller difference is no contradiction.
 const EXPLAINS: f64 = 2.0;
 /// Time constant of the recent acceleration, s.
 const AGILE_S: f64 = 3.0;

@@ -9,7 +9,7 @@ fn rates(x: f64, turn: f64) -> MeanRates {
     }
 }
 
-/// Even numbers between −1 and 1 of a 64-bit congruential generator.
+/// Uniformly distributed numbers from −1 to 1, from a linear congruential generator of 64 bits.
 fn noise() -> impl FnMut() -> f64 {
     let mut state = 1u64;
     move || {

@@ -21,7 +21,7 @@ pub struct Innovations {
 }
 
 impl Innovations {
-    /// Counts a rejection, and updates the largest innovation of the kind. An innovation of NaN is not a largest one.
+    /// Counts a rejection, and updates the largest innovation of its kind. An innovation of NaN is ignored.
     pub fn note(&mut self, innovation: &Innovation) {
         let size = libm::fabs(innovation.normalised());
         let largest = match innovation.channel {

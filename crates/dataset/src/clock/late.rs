@@ -69,7 +69,7 @@ impl Late {
             } else if fill(&times[index..end], &known, usual_s) {
                 State::Late
             } else {
-                // From here on the clock is another one.
+                // The clock steps at this row: the later times are compared only with each other.
                 breaks += 1;
                 rows.clear();
                 known.clear();
@@ -188,7 +188,7 @@ mod tests {
         let (order, warnings) = ordered(&rows);
         assert_eq!(order, (0..300).chain(500..700).collect::<Vec<_>>());
         assert_eq!(warnings, ["imu.csv: 200 rows, the first at line 302, skipped: written twice"]);
-        // Times alone are equal too where a clock steps back by a number of intervals.
+        // A clock that steps back by whole intervals repeats times as well, but with other contents.
         let other = block(100..500).map(|(ms, print)| (ms, print + 7));
         let rows: Vec<_> = block(0..300).chain(other).collect();
         let (order, warnings) = ordered(&rows);

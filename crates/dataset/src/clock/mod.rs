@@ -395,7 +395,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_first_look_leaves_out_what_the_whole_would(steps in prop::collection::vec(-1i64..6, 0..60)) {
-            // Mostly 1 to 4 ms forward, sometimes the same time, 1 ms back or 3700 s ahead.
+            // Steps of the time: most are 1 to 4 ms, some are 0, −1 ms or +3700 s.
             let hour = 3_700_000_000_000;
             let mut ns = 0;
             let times: Vec<Time> = steps

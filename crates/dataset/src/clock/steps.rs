@@ -93,7 +93,7 @@ impl Break {
 pub(crate) struct Course {
     ends: Option<(Time, Time)>,
     intervals_s: Distribution,
-    /// The longest intervals: the line after each, the time before it, and its length, s.
+    /// The longest intervals: line after the interval, time before it, and its length, s.
     longest: Vec<(u64, Time, f64)>,
 }
 
@@ -144,10 +144,11 @@ impl Course {
     }
 }
 
-/// Step forward of one of two clocks: the time before it, the time to be added to the later times of the other sensor
-/// than the first, s, and a sentence.
+/// Step forward of one of two clocks.
 struct Leap {
+    /// Time of the last row before the step.
     before: Time,
+    /// Time to be added to the rows of the other sensor after the step, s. The times of the first sensor stay.
     shift_s: f64,
     /// Whether the two clocks agree on either side of the step, so that it cannot be an outage.
     is_sure: bool,
@@ -375,15 +376,15 @@ impl FirstClock {
             } else if let Some(after) = times[from..].iter().position(|time| *time > one.before)
                 && after > 0
             {
-                // This clock goes on where that of the first sensor breaks: only the time between the rows is added.
+                // The clock of this sensor does not step back with that of the first: only the time between the rows is added.
                 added.push((from + after, one.gap_s));
             }
         }
         added
     }
 
-    /// First row after the break `one` of the first sensor's clock, if this clock breaks with it. The rows of this
-    /// clock are too far apart to show the step back. `None` if this clock goes on.
+    /// Index of the first row after the break `one`, for a sensor whose rows are too far apart to show the step back.
+    /// `None` if the clock of this sensor does not break together with that of the first sensor.
     fn hidden(&self, one: &Break, times: &[Time], from: usize, usual_s: f64) -> Option<usize> {
         let tolerance_s = LONGEST_INTERVALS * usual_s + MIN_S;
         let interval_s = |index: &usize| times[*index] - times[index - 1];

@@ -93,7 +93,7 @@ impl Dataset {
         self.turn(Reading { without_attitude: true, ..Reading::default() });
     }
 
-    /// Applies `reading` to every inertial sample, after earlier conversions.
+    /// Converts every inertial sample by `reading` (axes, units), in addition to the earlier conversions.
     fn turn(&mut self, reading: Reading) {
         for sample in &mut self.imu {
             *sample = reading.applied(*sample);
@@ -261,8 +261,10 @@ fn model_declination(manifest: &Manifest, place: &Geodetic) -> (f64, Declination
     let at = |year| MagneticField::at(place, year).map(|field| field.declination_rad());
     let (found, day) = match (date, year.map(at)) {
         (Some(date), Some(Ok(found))) => (Ok(found), date.to_string()),
-        (Some(date), _) => (at(2025.0), format!("2025-01-01, as it does not hold on {date}")),
-        (None, _) => (at(2025.0), "2025-01-01, as the log gives no date".to_owned()),
+        (Some(date), _) => {
+            (at(2025.0), format!("2025-01-01, because the model is not valid on {date}"))
+        }
+        (None, _) => (at(2025.0), "2025-01-01, because the log has no date".to_owned()),
     };
     match found {
         Ok(declination_rad) => {

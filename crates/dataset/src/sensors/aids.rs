@@ -63,9 +63,9 @@ pub(crate) fn read_rotor(
     })
 }
 
-/// Reads the rows of `file`, in time order. `value` makes a value from the first column and the other columns; a
-/// clock step may still move its time. Rows without a time or a first column are skipped. The other columns may be
-/// absent or have empty fields.
+/// Reads the rows of `file`, in time order. `value` makes a value from the first column and the other columns. The
+/// times of the values are shifted afterwards if the clock of the log steps. Rows without a time or a first column
+/// are skipped. The other columns may be absent or have empty fields.
 fn read<T: std::fmt::Debug, const N: usize, const M: usize>(
     dir: &Path,
     file: &'static str,

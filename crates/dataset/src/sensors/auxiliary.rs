@@ -94,7 +94,7 @@ pub(crate) struct Columns<const N: usize, const M: usize> {
     pub needed: [usize; N],
     /// Columns that may be absent or have empty fields.
     pub optional: [Option<[usize; 1]>; M],
-    /// Names of the columns that may be there without use.
+    /// Names of columns that the reader does not use and that cause no warning.
     pub without_use: &'static [&'static str],
 }
 

@@ -128,7 +128,7 @@ impl SampleFile {
         &self.shared.overview
     }
 
-    /// Applies `reading` to every sample from now on, after earlier conversions.
+    /// Adds a conversion (axes, units, rejected field) of every sample. It is applied after the earlier conversions.
     pub(crate) fn turn(&mut self, reading: Reading) {
         if reading != Reading::default() {
             self.turned.push(reading);

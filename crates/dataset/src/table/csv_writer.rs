@@ -40,7 +40,7 @@ impl CsvWriter {
         }
     }
 
-    /// A time in seconds, with as many decimals as needed.
+    /// Writes a time in seconds, with as many decimals as needed.
     pub fn time(&mut self, time: Time) {
         const PER_SECOND: u64 = 1_000_000_000;
         let nanoseconds = time.nanoseconds().unsigned_abs();
@@ -60,7 +60,7 @@ impl CsvWriter {
         self.end_field();
     }
 
-    /// A number in the fewest digits that read back as the same number.
+    /// Writes a number in the fewest digits that read back as the same number.
     pub fn shortest(&mut self, value: f64) -> Result<(), LogError> {
         if !value.is_finite() {
             return Err(self.unwritable(value));
@@ -70,7 +70,7 @@ impl CsvWriter {
         Ok(())
     }
 
-    /// Each of `values` in the fewest digits; empty fields for `None`.
+    /// Writes each of `values` in the fewest digits; empty fields for `None`.
     pub fn shortest_or_empty<const N: usize>(
         &mut self,
         values: Option<[f64; N]>,
@@ -84,19 +84,19 @@ impl CsvWriter {
         }
     }
 
-    /// A number with a fixed count of `decimals`, at most 10.
+    /// Writes a number with a fixed count of `decimals`, at most 10.
     pub fn fixed(&mut self, value: f64, decimals: usize) -> Result<(), LogError> {
         self.fixed_units(self.in_units(value, decimals)?, decimals);
         Ok(())
     }
 
-    /// Each of `values` with a fixed count of `decimals`, at most 10.
+    /// Writes each of `values` with a fixed count of `decimals`, at most 10.
     pub fn fixed_each(&mut self, values: [f64; 3], decimals: usize) -> Result<(), LogError> {
         values.into_iter().try_for_each(|value| self.fixed(value, decimals))
     }
 
-    /// An angle in (−180, 180] with a fixed count of `decimals`, at most 10; a value that rounds to −180 is written as
-    /// 180.
+    /// Writes an angle in (−180, 180] with a fixed count of `decimals`, at most 10; a value that rounds to −180 is
+    /// written as 180.
     pub fn fixed_angle_deg(&mut self, angle_deg: f64, decimals: usize) -> Result<(), LogError> {
         let units = self.in_units(angle_deg, decimals)?;
         let half_turn = 180 * TEN_TO[decimals] as i64;

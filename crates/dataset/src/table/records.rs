@@ -143,7 +143,7 @@ impl Tee {
 impl Read for Tee {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.offset + self.kept.len() > self.begun + LONGEST {
-            // A file system pads the end of a file after a loss of power.
+            // After a loss of power, the file system fills the end of the file with zero bytes.
             let is_padding =
                 self.from(self.begun).iter().all(|byte| matches!(byte, 0 | b'\r' | b'\n'));
             self.is_ended = is_padding;

@@ -33,7 +33,7 @@ pub enum LocalAxes {
 }
 
 impl LocalAxes {
-    /// A vector in the file's reference axes.
+    /// Converts a vector from the file's reference axes to north, east, down.
     pub(crate) fn vector(self, [x, y, z]: [f64; 3]) -> Vector<Ned> {
         match self {
             Self::EnuFlu => Vector::new(y, x, -z),
@@ -41,7 +41,7 @@ impl LocalAxes {
         }
     }
 
-    /// Rotation of a body-to-reference quaternion x, y, z, w of the file, of any length above zero.
+    /// Converts the file's quaternion x, y, z, w from body to reference axes, of any length above zero.
     pub(crate) fn attitude(self, quaternion: [f64; 4]) -> Rotation<Body, Ned> {
         let quaternion = DQuat::from_array(quaternion).normalize();
         Rotation::claim(match self {

@@ -182,7 +182,7 @@ mod tests {
         near(sigmas(&dmatrix![0.5], &[dmatrix![0.1]]), 5.0);
         // Two parameters together reach 1 at 1/√2 of the distance.
         near(sigmas(&dmatrix![0.5], &[dmatrix![0.1], dmatrix![0.1]]), 5.0 / 2f64.sqrt());
-        // Two independent parameters: the nearer one counts.
+        // Two independent parameters: the radius is the smaller of 5 and 2 sigmas.
         let apart = [dmatrix![0.1, 0.0; 0.0, 0.0], dmatrix![0.0, 0.0; 0.0, 0.1]];
         near(sigmas(&dmatrix![0.5, 0.0; 0.0, 0.8], &apart), 2.0);
         // (z − 0.5)² = ξ, in units that differ by a thousand.

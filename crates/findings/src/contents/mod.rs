@@ -57,9 +57,9 @@ pub struct SensorContents {
     pub from_s: f64,
     /// Last sample, s on the log's clock.
     pub to_s: f64,
-    /// Median interval, s; `None` of a single sample.
+    /// Median interval, s; `None` for a single sample.
     pub interval_s: Option<f64>,
-    /// Sample rate from the median interval, Hz; `None` of a single sample.
+    /// Sample rate from the median interval, Hz; `None` for a single sample.
     pub rate_hz: Option<f64>,
     /// Longest interval, s.
     pub longest_interval_s: f64,
@@ -71,7 +71,7 @@ pub struct SensorContents {
 #[derive(Clone, Debug, Serialize)]
 #[non_exhaustive]
 pub struct GapContents {
-    /// Time of the last sample before it.
+    /// Time of the last sample before the gap.
     #[serde(rename = "after_s", serialize_with = "seconds")]
     pub after: Time,
     /// Time to the next sample, s.

@@ -116,7 +116,7 @@ fn with_attitude(
             sensor: Sensor::InertialUnit,
             is_certain: true,
             found: format!(
-                "the gyros turn {:.0} times as fast as the unit's own attitude",
+                "the gyros turn {:.0} times as fast as the inertial unit's own attitude",
                 3.0 / diagonal.iter().sum::<f64>()
             ),
             cause: "angular rates in °/s, expected rad/s".into(),
@@ -132,7 +132,7 @@ fn with_attitude(
             sensor: Sensor::InertialUnit,
             is_certain: true,
             found: format!(
-                "gyro {} turns against the unit's own attitude ({:.2}, {:.2}, {:.2} times as fast about \
+                "gyro {} turns against the inertial unit's own attitude ({:.2}, {:.2}, {:.2} times as fast about \
                  x, y, z; expected 1)",
                 wrong.join(" and "),
                 diagonal[0],
@@ -161,7 +161,7 @@ fn with_attitude(
                 sensor: Sensor::InertialUnit,
                 is_certain: true,
                 found: format!(
-                    "gyro {} turns like the unit's own attitude about {}, and gyro {} like that about {} \
+                    "gyro {} turns like the inertial unit's own attitude about {}, and gyro {} like that about {} \
                      ({ab:.2} and {ba:.2} times as fast)",
                     NAMES[b], NAMES[a], NAMES[a], NAMES[b]
                 ),
@@ -179,7 +179,7 @@ fn with_attitude(
             sensor: Sensor::InertialUnit,
             is_certain: false,
             found: format!(
-                "the unit's own attitude turns {scale:.2} times as fast as its gyros, expected 1"
+                "the inertial unit's own attitude turns {scale:.2} times as fast as its gyros, expected 1"
             ),
             cause: "gyros with a wrong range or unit".into(),
             mend: String::new(),

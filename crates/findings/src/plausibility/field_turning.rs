@@ -187,7 +187,7 @@ mod tests {
         found_with([1.0; 3], read)
     }
 
-    /// The same with `signs` of the gyros.
+    /// Findings as in [`found`], with the gyros multiplied by `signs`.
     fn found_with(signs: [f64; 3], read: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<SetupFinding> {
         let mut turning = FieldTurning::default();
         let mut body_to_earth = Rotation::<Body, Body>::IDENTITY;

@@ -76,7 +76,7 @@ impl Means {
 /// Mean specific force, second by second.
 pub(super) struct Gravity {
     means: Means,
-    /// Middle of each second, s, and size of its mean, m/s².
+    /// For each second: its middle, s, and the size of the mean specific force, m/s².
     seconds: Vec<(f64, f64)>,
     /// Sum of the directions of the means.
     directions: [f64; 3],
@@ -241,7 +241,10 @@ fn direction(sum: [f64; 3], count: usize, found: &mut Vec<SetupFinding>) {
                 _ => ["f", "d", "l"],
             };
             (
-                format!("the inertial unit's {} axis is vertical: axes swapped, or a unit mounted on its side", names[axis]),
+                format!(
+                    "the inertial unit's {} axis is vertical: its axes are swapped, or it is mounted on its side",
+                    names[axis]
+                ),
                 format!(
                     "write axes = \"{}\" under [imu] in dataset.toml, with the directions of the inertial unit's x, y \
                      and z: f, b, l, r, u or d",

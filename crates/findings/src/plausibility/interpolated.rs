@@ -51,7 +51,7 @@ pub(super) fn check(fixes: &[Fix], found: &mut Vec<SetupFinding>) {
         found: format!(
             "positions lie on straight lines of {length} fixes, {line_s:.2} s, with corners between them"
         ),
-        cause: "interpolated from fewer fixes, whose errors the filter takes for independent ones".into(),
+        cause: "interpolated from fewer fixes: the filter would assume independent errors".into(),
         mend: "write only the fixes of the receiver, once each".into(),
     });
 }

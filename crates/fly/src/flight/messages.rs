@@ -62,7 +62,7 @@ const fn part_of(why: Distrust, is_all: bool) -> Part {
     match why {
         Distrust::Stale | Distrust::Missing => Part::InertialUnit,
         Distrust::Frozen if is_all => Part::InertialUnit,
-        // These errors grow while no fixes are accepted.
+        // One-sigma and disagreement grow while no fixes are accepted.
         Distrust::Frozen
         | Distrust::Velocity
         | Distrust::VerticalVelocity

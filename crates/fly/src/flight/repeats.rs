@@ -184,7 +184,7 @@ mod tests {
         let text = "over: fix refused: a jump of 31 m (1 more, the last at 1.0 s)";
         assert_eq!((rest.level, rest.text.as_str()), (Level::Info, text));
         assert!(repeats.over(at(12.0)).is_none());
-        // After that it is reported at once again.
+        // A message that is over is reported at once when it occurs again.
         assert!(observe(&mut repeats, 12.0, "fix refused: a jump of 29 m").is_some());
     }
 

@@ -69,8 +69,8 @@ mod tests {
         Time::from_nanoseconds(seconds * 1_000_000_000)
     }
 
-    /// What a fix of UTC second `second` reports that arrives `late_ms` later. The flight clock starts at `UNIX_S`.
-    fn heard(utc: &mut UtcClock, second: i64, late_ms: i64) -> Option<i64> {
+    /// Offset reported for a fix of UTC second `second` that arrives `late_ms` later. The flight clock starts at `UNIX_S`.
+    fn observed(utc: &mut UtcClock, second: i64, late_ms: i64) -> Option<i64> {
         let arrival = Time::from_nanoseconds(second * 1_000_000_000 + late_ms * 1_000_000);
         utc.observe(arrival, (UNIX_S + second) * 1_000_000_000)
     }
@@ -79,9 +79,9 @@ mod tests {
     fn utc_is_reported_once_and_again_after_a_change() {
         // The computer's clock is 100 s behind; the latency of fixes is 0.1 to 0.3 s.
         let mut utc = UtcClock::new(at_s(10), (UNIX_S - 90) * 1_000_000_000);
-        assert_eq!(heard(&mut utc, 20, 100), None);
-        let offset_ns = heard(&mut utc, 21, 300).expect("two fixes agree");
-        assert_eq!(heard(&mut utc, 22, 100), None);
+        assert_eq!(observed(&mut utc, 20, 100), None);
+        let offset_ns = observed(&mut utc, 21, 300).expect("two fixes agree");
+        assert_eq!(observed(&mut utc, 22, 100), None);
         let (level, text) = utc.in_words(at_s(21), offset_ns);
         assert_eq!(level, Level::Warning);
         assert_eq!(
@@ -89,8 +89,8 @@ mod tests {
             "UTC 2023-11-14T22:13:40Z from the receiver: this computer's clock is 100 s behind"
         );
         // The leap seconds arrive.
-        assert_eq!(heard(&mut utc, 23, 18_100), None);
-        assert!(heard(&mut utc, 24, 18_200).is_some());
+        assert_eq!(observed(&mut utc, 23, 18_100), None);
+        assert!(observed(&mut utc, 24, 18_200).is_some());
         let utc = UtcClock::new(at_s(10), UNIX_S * 1_000_000_000);
         let (level, _) = utc.in_words(at_s(11), (UNIX_S - 10) * 1_000_000_000);
         assert_eq!(level, Level::Info);
@@ -99,11 +99,11 @@ mod tests {
     #[test]
     fn a_single_late_fix_reports_nothing() {
         let mut utc = UtcClock::new(at_s(0), UNIX_S * 1_000_000_000);
-        assert_eq!(heard(&mut utc, 1, 2_500), None);
-        assert_eq!(heard(&mut utc, 2, 200), None);
-        let offset_ns = heard(&mut utc, 3, 200).expect("two fixes agree");
+        assert_eq!(observed(&mut utc, 1, 2_500), None);
+        assert_eq!(observed(&mut utc, 2, 200), None);
+        let offset_ns = observed(&mut utc, 3, 200).expect("two fixes agree");
         assert_eq!(utc.in_words(at_s(3), offset_ns).0, Level::Info);
-        assert_eq!(heard(&mut utc, 4, 2_500), None);
-        assert_eq!(heard(&mut utc, 5, 200), None);
+        assert_eq!(observed(&mut utc, 4, 2_500), None);
+        assert_eq!(observed(&mut utc, 5, 200), None);
     }
 }

@@ -78,7 +78,7 @@ impl Mavlink {
         // A request in whole microseconds may round up.
         let is_possible = rate_hz <= configured_hz * 1.001;
         if id == common::HEARTBEAT_DATA::ID && rate_hz < configured_hz * 0.999 {
-            self.explain("the heartbeat stays: stations know the vehicle by it");
+            self.explain("the heartbeat is not slowed: stations detect the vehicle by it");
             return MavResult::MAV_RESULT_DENIED;
         }
         if !is_possible {

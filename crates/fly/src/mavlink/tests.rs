@@ -58,7 +58,7 @@ pub(super) fn read(bytes: &[u8]) -> Vec<(MavHeader, MavMessage)> {
 }
 
 /// All messages of one snapshot, decoded with the `mavlink` crate.
-pub(super) fn told(mavlink: &mut Mavlink, snapshot: &Snapshot) -> Vec<MavMessage> {
+pub(super) fn messages_of(mavlink: &mut Mavlink, snapshot: &Snapshot) -> Vec<MavMessage> {
     let mut bytes = Vec::new();
     mavlink.encode(snapshot, &mut bytes);
     assert!(bytes.len() <= 650);
@@ -93,7 +93,7 @@ fn the_receivers_accuracies_are_in_the_extension_of_its_fix() {
 #[test]
 fn messages_have_the_units_of_the_message_set() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(10.0));
-    let messages = told(&mut mavlink, &flying(at(12.5)));
+    let messages = messages_of(&mut mavlink, &flying(at(12.5)));
     let [heartbeat, attitude, imu, local, global, gps, servos, status, ..] = &messages[..] else {
         panic!("{messages:?}")
     };
@@ -145,7 +145,7 @@ fn every_altitude_is_above_the_sea_also_while_the_receiver_is_silent() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
     let mut altitudes = |snapshot: &Snapshot| {
         let (mut global_m, mut hud_m, mut home_m) = (None, None, None);
-        for message in told(&mut mavlink, snapshot) {
+        for message in messages_of(&mut mavlink, snapshot) {
             match message {
                 MavMessage::GLOBAL_POSITION_INT(m) => global_m = Some(f64::from(m.alt) * 1e-3),
                 MavMessage::VFR_HUD(m) => hud_m = Some(f64::from(m.alt)),
@@ -164,7 +164,7 @@ fn every_altitude_is_above_the_sea_also_while_the_receiver_is_silent() {
 #[test]
 fn unknown_values_are_omitted_or_marked() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
-    let messages = told(&mut mavlink, &Snapshot::at(Time::ZERO));
+    let messages = messages_of(&mut mavlink, &Snapshot::at(Time::ZERO));
     let [heartbeat, imu, gps, servos, ..] = &messages[..] else { panic!("{messages:?}") };
     let MavMessage::HEARTBEAT(heartbeat) = heartbeat else { panic!() };
     assert_eq!(heartbeat.system_status, MavState::MAV_STATE_BOOT);
@@ -209,7 +209,7 @@ fn messages_are_numbered_and_have_their_rates_within_the_modem_capacity() {
 fn a_clock_set_back_and_a_gap_cause_neither_silence_nor_bursts() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
     let mut heartbeats = |t: f64| {
-        let messages = told(&mut mavlink, &flying(at(t)));
+        let messages = messages_of(&mut mavlink, &flying(at(t)));
         messages.iter().filter(|m| matches!(m, MavMessage::HEARTBEAT(_))).count()
     };
     let sent: Vec<_> = [1_000.0, 1_000.03, 3.0, 3.03, 500.0, 500.03].map(&mut heartbeats).into();
@@ -221,7 +221,7 @@ fn messages_with_a_rate_of_zero_or_an_invalid_rate_are_not_sent() {
     for rate_hz in [0.0, -1.0, f64::NAN] {
         let rates = MavlinkRates { heartbeat_hz: rate_hz, ..MavlinkRates::default() };
         let config = MavlinkConfig { rates, ..MavlinkConfig::default() };
-        let messages = told(&mut Mavlink::new(config, Time::ZERO), &flying(at(1.0)));
+        let messages = messages_of(&mut Mavlink::new(config, Time::ZERO), &flying(at(1.0)));
         assert!(!messages.iter().any(|message| matches!(message, MavMessage::HEARTBEAT(_))));
     }
 }
@@ -230,7 +230,7 @@ fn messages_with_a_rate_of_zero_or_an_invalid_rate_are_not_sent() {
 fn utc_is_sent_once_it_is_known() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
     mavlink.set_utc(1_790_000_000_000_000_000, at(100.0));
-    let messages = told(&mut mavlink, &flying(at(100.5)));
+    let messages = messages_of(&mut mavlink, &flying(at(100.5)));
     let stamps: Vec<_> = messages
         .iter()
         .filter_map(|message| match message {
@@ -248,12 +248,12 @@ fn local_positions_are_relative_to_the_first_valid_position() {
     let first = flying(at(0.0));
     let nowhere = Geodetic { latitude_rad: f64::NAN, longitude_rad: 0.0, height_m: 0.0 };
     let lost = Snapshot { position: Some(nowhere), ..flying(at(-1.0)) };
-    let messages = told(&mut mavlink, &lost);
+    let messages = messages_of(&mut mavlink, &lost);
     assert!(!messages.iter().any(|message| matches!(message, MavMessage::LOCAL_POSITION_NED(_))));
-    told(&mut mavlink, &first);
+    messages_of(&mut mavlink, &first);
     let place = first.position.unwrap().displaced(Vector::new(30.0, -20.0, -5.0));
     let moved = Snapshot { position: Some(place), ..flying(at(1.0)) };
-    let messages = told(&mut mavlink, &moved);
+    let messages = messages_of(&mut mavlink, &moved);
     let local = messages.iter().find_map(|message| match message {
         MavMessage::LOCAL_POSITION_NED(local) => Some([local.x, local.y, local.z]),
         _ => None,
@@ -308,7 +308,7 @@ fn ratios_are_those_of_the_last_second() {
         // One fix a second.
         let position = (cycle % 33 == 7).then_some(2.0);
         let innovations = Innovations { position, ..Innovations::default() };
-        for message in told(&mut mavlink, &Snapshot { innovations, ..flying(time) }) {
+        for message in messages_of(&mut mavlink, &Snapshot { innovations, ..flying(time) }) {
             if let MavMessage::ESTIMATOR_STATUS(status) = message
                 && cycle > 33
             {
@@ -342,7 +342,7 @@ fn a_text_is_sent_with_its_severity() {
 fn only_a_vehicle_with_driven_servos_is_armed() {
     let armed = |snapshot: &Snapshot| {
         let mut mavlink = Mavlink::new(MavlinkConfig::default(), at(0.0));
-        let messages = told(&mut mavlink, snapshot);
+        let messages = messages_of(&mut mavlink, snapshot);
         messages.iter().any(|message| match message {
             MavMessage::HEARTBEAT(beat) => {
                 beat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED)

@@ -49,7 +49,7 @@ use terminal::Received;
 /// Full scale of the IMU if the dataset has none: °/s and g.
 pub const DEFAULT_RANGES: (f64, f64) = (200.0, 4.0);
 
-/// Longest delay until a line notices the end, a cut or the start of the flight, s.
+/// Longest interval, s, at which the thread of a serial line checks for the start, an interruption or the end.
 const ATTENTION_S: f64 = 0.02;
 
 /// An emulated IMU that sends the samples of a dataset, with the ranges of its manifest, else [`DEFAULT_RANGES`].

@@ -15,7 +15,7 @@ const PIECE: usize = 256;
 /// Shortest silence after data that is reported, s: receivers do not pause for this time within an epoch.
 const SILENCE_S: f64 = 0.05;
 
-/// Longest delay until the thread notices a command or the end, s.
+/// Longest interval, s, at which the thread checks for a command or the end.
 const ATTENTION_S: f64 = 0.02;
 
 /// Timeout for writing a command, s.

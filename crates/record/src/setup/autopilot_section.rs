@@ -220,13 +220,13 @@ impl AutopilotSection {
     pub(super) fn check_sticks(&self, servo: &ServoSection) -> Result<(), FlyConfigError> {
         if let (PilotRole::Override, Some(found)) = (self.pilot, self.override_travel) {
             let why = format!(
-                "found {found} with pilot = \"override\", expected none: transfer.override_travel of the \
+                "found {found} with pilot = \"override\", expected no value, because transfer.override_travel of the \
                  autopilot's file applies; or set pilot = \"steer\""
             );
             return Err(FlyConfigError::value("autopilot", "override_travel", &why));
         }
         if self.pilot == PilotRole::Override && self.steering != SteeringConfig::default() {
-            let why = "found values with pilot = \"override\", expected none: the sticks command nothing; \
+            let why = "found values with pilot = \"override\", expected no values, because the sticks command nothing; \
                        or set pilot = \"steer\"";
             return Err(FlyConfigError::value("autopilot", "steering", &why));
         }

@@ -1,6 +1,6 @@
 #![expect(deprecated, reason = "older stations still send these messages")]
 
-use super::super::tests::{at, flying, read, told};
+use super::super::tests::{at, flying, messages_of, read};
 use super::*;
 use hovernav_record::MavlinkConfig;
 
@@ -36,8 +36,8 @@ fn command(command: common::MavCmd, param1: f32) -> MavMessage {
 fn parameters_are_read_and_never_written() {
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
     let list = common::PARAM_REQUEST_LIST_DATA { target_system: 1, target_component: 1 };
-    let told = answers(&mut mavlink, &[MavMessage::PARAM_REQUEST_LIST(list)]);
-    let values: Vec<_> = told
+    let answered = answers(&mut mavlink, &[MavMessage::PARAM_REQUEST_LIST(list)]);
+    let values: Vec<_> = answered
         .iter()
         .map(|message| match message {
             MavMessage::PARAM_VALUE(value) => (value.param_index, value.param_count),
@@ -52,9 +52,9 @@ fn parameters_are_read_and_never_written() {
         param_id: "HZ_ATTITUDE".into(),
         ..common::PARAM_SET_DATA::DEFAULT
     };
-    let told = answers(&mut mavlink, &[MavMessage::PARAM_SET(set)]);
-    let [MavMessage::PARAM_ERROR(error), MavMessage::PARAM_VALUE(value), ..] = &told[..] else {
-        panic!("{told:?}")
+    let answered = answers(&mut mavlink, &[MavMessage::PARAM_SET(set)]);
+    let [MavMessage::PARAM_ERROR(error), MavMessage::PARAM_VALUE(value), ..] = &answered[..] else {
+        panic!("{answered:?}")
     };
     assert_eq!(error.error, common::MavParamError::MAV_PARAM_ERROR_READ_ONLY);
     assert_eq!((value.param_id.to_str().unwrap(), value.param_value), ("HZ_ATTITUDE", 33.0));
@@ -64,8 +64,8 @@ fn parameters_are_read_and_never_written() {
         param_id: "NO_SUCH".into(),
         ..common::PARAM_REQUEST_READ_DATA::DEFAULT
     };
-    let told = answers(&mut mavlink, &[MavMessage::PARAM_REQUEST_READ(missing)]);
-    assert!(matches!(told[..], [MavMessage::PARAM_ERROR(_)]), "{told:?}");
+    let answered = answers(&mut mavlink, &[MavMessage::PARAM_REQUEST_READ(missing)]);
+    assert!(matches!(answered[..], [MavMessage::PARAM_ERROR(_)]), "{answered:?}");
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn every_command_is_acknowledged_and_none_changes_the_flight() {
     use common::MavCmd::*;
     use common::MavResult::*;
     let mut mavlink = Mavlink::new(MavlinkConfig::default(), Time::ZERO);
-    told(&mut mavlink, &flying(at(2.0)));
+    messages_of(&mut mavlink, &flying(at(2.0)));
     for (asked, param, expected) in [
         (MAV_CMD_COMPONENT_ARM_DISARM, 1.0, MAV_RESULT_DENIED),
         (MAV_CMD_COMPONENT_ARM_DISARM, 0.0, MAV_RESULT_DENIED),
@@ -87,20 +87,20 @@ fn every_command_is_acknowledged_and_none_changes_the_flight() {
         (MAV_CMD_REQUEST_MESSAGE, 435.0, MAV_RESULT_ACCEPTED),
         (MAV_CMD_REQUEST_MESSAGE, 436.0, MAV_RESULT_ACCEPTED),
     ] {
-        let told = answers(&mut mavlink, &[command(asked, param)]);
-        let acknowledged: Vec<_> = told
+        let answered = answers(&mut mavlink, &[command(asked, param)]);
+        let acknowledged: Vec<_> = answered
             .iter()
             .filter_map(|message| match message {
                 MavMessage::COMMAND_ACK(ack) => Some((ack.command, ack.result)),
                 _ => None,
             })
             .collect();
-        assert_eq!(acknowledged, [(asked, expected)], "{told:?}");
-        assert_eq!(told.len() > 1, expected != MAV_RESULT_UNSUPPORTED, "{told:?}");
+        assert_eq!(acknowledged, [(asked, expected)], "{answered:?}");
+        assert_eq!(answered.len() > 1, expected != MAV_RESULT_UNSUPPORTED, "{answered:?}");
     }
     // The names of the modes are ours.
-    let told = answers(&mut mavlink, &[command(MAV_CMD_REQUEST_MESSAGE, 435.0)]);
-    let names: Vec<_> = told
+    let answered = answers(&mut mavlink, &[command(MAV_CMD_REQUEST_MESSAGE, 435.0)]);
+    let names: Vec<_> = answered
         .iter()
         .filter_map(|message| match message {
             MavMessage::AVAILABLE_MODES(mode) => Some(mode.mode_name.to_str().unwrap().to_owned()),
@@ -150,7 +150,8 @@ fn an_interval_is_set_where_the_line_has_room_and_reported_as_it_is() {
         assert_eq!(interval(&mut mavlink, id, asked_us), expected, "{id} {asked_us}");
     }
     let count = |mavlink: &mut Mavlink| {
-        let heard = (0..330).flat_map(|k| told(mavlink, &flying(at(3.0 + f64::from(k) / 33.0))));
+        let heard =
+            (0..330).flat_map(|k| messages_of(mavlink, &flying(at(3.0 + f64::from(k) / 33.0))));
         heard.filter(|message| matches!(message, MavMessage::ATTITUDE(_))).count()
     };
     assert_eq!(count(&mut mavlink), 0, "it is off");
@@ -172,14 +173,14 @@ fn missions_pings_and_clocks_are_answered_and_strangers_are_not() {
     };
     let ping = common::PING_DATA { seq: 7, time_usec: 5, target_system: 0, target_component: 0 };
     let sync = common::TIMESYNC_DATA { tc1: 0, ts1: 77 };
-    let told = answers(
+    let answered = answers(
         &mut mavlink,
         &[list(1), list(9), MavMessage::PING(ping), MavMessage::TIMESYNC(sync)],
     );
     let [MavMessage::MISSION_COUNT(count), MavMessage::PING(ping), MavMessage::TIMESYNC(sync)] =
-        &told[..]
+        &answered[..]
     else {
-        panic!("{told:?}")
+        panic!("{answered:?}")
     };
     assert_eq!((count.count, count.target_system, count.target_component), (0, 255, 190));
     assert_eq!((ping.seq, ping.target_system), (7, 255));
