@@ -2,6 +2,7 @@
 //! windows of several lengths.
 
 use nalgebra::{Complex, DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::conditioning::{Conditioned, Counts};
 use super::spectrum::{Spectra, random_error};
@@ -214,13 +215,14 @@ pub fn joint_response(
     let records: Vec<&DMatrix<f64>> = records.iter().collect();
     let windows = settings
         .windows_s
-        .iter()
+        .par_iter()
         .map(|&window_s| {
             let (overlap, band) = (settings.overlap, settings.band);
             let spectrum = SpectrumSettings { window_s, overlap, window: Window::Hann, band };
             Ok((window_s, spectra(&records, first.period_s, &spectrum)?))
         })
-        .collect::<Result<Vec<_>, FrequencyError>>()?;
+        .collect::<Vec<Result<_, FrequencyError>>>();
+    let windows = windows.into_iter().collect::<Result<Vec<_>, _>>()?;
     if windows.is_empty() {
         return Err(FrequencyError::Window { window: 0, longest: first.samples() });
     }
