@@ -23,6 +23,9 @@ const NEAR: f64 = 0.3;
 /// Largest ratio of the one-sigmas at which the first receiver is used.
 const ALIKE: f64 = 0.67;
 
+/// Offset of a fix from the line between its neighbours, m, and its speed, m/s.
+type Offset = ([f64; 3], f64);
+
 /// Fixes of two receivers.
 pub(super) struct TwoReceivers {
     /// Median distance between the receivers, m.
@@ -75,7 +78,7 @@ fn apart_m(fixes: &[Fix], second: &[bool], axes: [bool; 3]) -> Option<f64> {
     };
     let norm = |vector: [f64; 3]| vector.into_iter().fold(0.0, f64::hypot);
     // Offset of each fix from the line between its neighbours, positive for the second receiver, and speed.
-    let offsets: Vec<([f64; 3], f64)> = fixes
+    let offsets: Vec<Offset> = fixes
         .windows(3)
         .zip(second.windows(3))
         .filter_map(|(fixes, second)| {
@@ -90,9 +93,8 @@ fn apart_m(fixes: &[Fix], second: &[bool], axes: [bool; 3]) -> Option<f64> {
     let windows: Vec<f64> = offsets
         .chunks_exact(WINDOW)
         .map(|window| {
-            let mean = |of: &dyn Fn(&([f64; 3], f64)) -> f64| {
-                window.iter().map(of).sum::<f64>() / WINDOW as f64
-            };
+            let mean =
+                |of: &dyn Fn(&Offset) -> f64| window.iter().map(of).sum::<f64>() / WINDOW as f64;
             let apart = [0, 1, 2].map(|axis| mean(&|(offset, _)| offset[axis]));
             let scatter_m =
                 mean(&|(offset, _)| norm([0, 1, 2].map(|axis| offset[axis] - apart[axis])).powi(2));
