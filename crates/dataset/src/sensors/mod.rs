@@ -7,3 +7,4 @@ pub(crate) mod fix_gate;
 pub(crate) mod gps;
 pub(crate) mod imu;
 pub(crate) mod sample_file;
+mod two_receivers;

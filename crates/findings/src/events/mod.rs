@@ -7,6 +7,7 @@ mod absent;
 mod accelerations;
 mod barometer;
 mod contradiction;
+mod course;
 mod ends;
 mod fixes;
 mod gates;
@@ -88,6 +89,7 @@ pub(crate) fn events_and_setup(dataset: &Dataset, run: &Run) -> (Vec<Finding>, V
     findings.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     let mut setup = setup.check(dataset);
     setup.extend(apart);
+    setup.extend(course::find(&log));
     (findings, setup)
 }
 

@@ -317,6 +317,8 @@ mod tests {
             ("Quat_q3", Q::Quaternion(3)),
             ("SampleTimeFine", Q::Time),
             ("Zeit (s)", Q::Time),
+            ("Drehrate X [°/s]", Q::Gyro(0)),
+            ("speed_kmph", Q::Speed),
             ("Breitengrad (°)", Q::Latitude),
             ("Länge (°)", Q::Longitude),
             ("Höhe (m)", Q::Height(None)),

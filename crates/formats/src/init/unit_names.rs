@@ -29,7 +29,7 @@ pub(super) fn unit(text: &str) -> Option<&'static str> {
         "ft/min" | "fpm" | "ftpm" => "ft/min",
         "cm/s" | "cmps" => "cm/s",
         "mm/s" | "mmps" => "mm/s",
-        "km/h" | "kmh" | "kph" => "km/h",
+        "km/h" | "kmh" | "kph" | "kmph" => "km/h",
         "mph" | "mi/h" => "mph",
         "kn" | "kt" | "kts" | "knots" | "knot" => "kn",
         "gauss" | "ga" => "gauss",

@@ -4,7 +4,7 @@
 #[rustfmt::skip]
 const ENGLISH: [(&str, &[&str]); 13] = [
     ("time", &["zeit", "temps", "tempo", "tiempo"]),
-    ("gyroscope", &["gyroskop", "giroscopio", "giroscópio"]),
+    ("gyroscope", &["gyroskop", "drehrate", "giroscopio", "giroscópio"]),
     ("acceleration", &["beschleunigung", "accélération", "accélérometre", "accéléromètre", "accelerazione", "aceleración"]),
     ("linear", &["lineare", "linéaire", "lineal"]),
     ("without", &["ohne", "sans", "senza"]),
