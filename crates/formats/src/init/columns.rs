@@ -244,8 +244,8 @@ impl Reader<'_> {
                 None if self.look.layout.names[columns[0]].starts_with("gyroADC") => {
                     let counts_per_unit = self.look.layout.gyro_counts_per_degps.get();
                     checks.push(format!(
-                        "gyro: gyroADC is read as {counts_per_unit} counts per deg/s: by gyro_scale above the \
-                         names, or 1 without it"
+                        "gyro: gyroADC is read as {counts_per_unit} counts per deg/s: the gyro_scale of the header, \
+                         or 1 where it is missing"
                     ));
                     let triad = self.triad(columns, RateUnit::DegreesPerSecond, false);
                     return Some(Triad { counts_per_unit, ..triad });

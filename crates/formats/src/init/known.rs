@@ -133,8 +133,8 @@ impl Known {
             let fits = |to_m: f64| norms(at).iter().all(|norm| RADII_M.contains(&(norm * to_m)));
             UNITS.into_iter().find(|(_, to_m)| is_free && fits(*to_m)).map(|(unit, _)| (at, unit))
         };
-        // Near the equator or a meridian of the axes, two of the columns and a third one have this size too, but a smaller
-        // one.
+        // Near the equator or 90° of longitude one coordinate is small. Two coordinates with another column then also
+        // have the size of the Earth's radius; the right three have the largest.
         let all = (0..self.meanings.len().saturating_sub(2)).filter_map(unit_at);
         let largest = all.max_by(|a, b| norms(a.0)[0].total_cmp(&norms(b.0)[0]));
         let Some((first, unit)) = largest else { return };

@@ -91,7 +91,7 @@ pub(super) fn by_size(high: f64) -> RateUnit {
 pub(super) fn unstated(high: f64, rate: Rate) -> String {
     let high_degps = |rate: &Rate| (high * rate.factor()).to_degrees();
     let is_possible = |other: &Rate| {
-        // The first reading of a gyro in rad/s is one in °/s, also at rest.
+        // A gyro in rad/s is most often mistaken for one in °/s. So °/s is listed even where its rates are low.
         let is_usual = high <= 7.0 && other.unit == RateUnit::DegreesPerSecond;
         *other != rate && (is_usual || HIGH_RADPS.contains(&(high * other.factor())))
     };

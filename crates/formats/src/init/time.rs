@@ -190,7 +190,7 @@ impl Reader<'_> {
     }
 
     /// Whether a column contains times of day as hhmmss. Seconds and minutes stay below 60, and each new minute
-    /// skips 40, which would be a gap in plain seconds. If no minute begins in the file, the name must contain utc,
+    /// jumps by 41, which would be a gap in plain seconds. If no minute begins in the file, the name must contain utc,
     /// hms or hhmmss.
     fn is_hhmmss(&self, column: usize) -> bool {
         let is_shown = |value: f64| {

@@ -273,7 +273,7 @@ pub(super) fn settle_by_filter(
     {
         checks.retain(|check| !check.starts_with(GYRO_UNSTATED));
     }
-    // Heights that fit as read need no other unit, and heights that only scatter have none.
+    // Heights that fit as read need no other unit, and heights without a climb fit any unit.
     let climbs = travel::climbs(&dataset.fixes);
     let is_height_tried = !known.height && climbs && as_read.found.height_score >= turn::DISAGREES;
     let heights = if is_height_tried { &[1.0, foot][..] } else { &[1.0] };

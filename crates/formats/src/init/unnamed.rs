@@ -148,7 +148,8 @@ fn gyros(look: &Look, first: usize, accel: usize) -> Vec<usize> {
     let likeness = |a: usize, b: usize, of: fn(&Look, usize, usize) -> f64| {
         (0..3).map(|axis| of(look, a + axis, b + axis).abs()).fold(0.0, f64::max)
     };
-    // The change of a rate that oscillates is like the angle too, but less.
+    // The change of an oscillating rate is also correlated with the angle, but less than the change of the angle with
+    // the rate.
     let is_angle = |angle: usize, rate: usize| {
         let change = likeness(angle, rate, Look::likeness_of_change);
         change > ALIKE && change > likeness(rate, angle, Look::likeness_of_change)
