@@ -47,9 +47,6 @@ const MIN_JUMP_M: f64 = 20.0;
 const FASTEST_CLIMB_MPS: f64 = 30.0;
 /// Longest time, s, for which rows repeat a fix in a log that is known to repeat fixes: one missing fix at 1 Hz.
 const LONGEST_HELD_S: f64 = 2.5;
-/// Reason to skip a row with the time of the row before.
-const ANOTHER_PLACE: &str =
-    "skipped: same time as the row before, at another position: two receivers, or rounded times";
 /// Values that loggers write instead of an unknown one: round numbers, and the ends of 16 and 32 bits.
 const UNKNOWN: [f64; 8] =
     [-9999.0, 9999.0, -99_999.0, 99_999.0, -999.0, -32_768.0, 32_767.0, 65_535.0];
@@ -330,16 +327,12 @@ impl FixGate {
         steps: &mut ClockSteps,
         remarks: &mut Remarks,
     ) -> Result<Vec<Fix>, LogError> {
-        let (mut known, mut last) = (Rows::new(), None);
+        let mut known = Rows::new();
         for (line, row) in self.rows.into_rows() {
             if self.has_type_3 && row.fix_type == 1.0 {
                 remarks.count("skipped: no fix, type 1 in a log with type 3", line);
             } else if self.has_satellites && row.fix.satellites == Some(0) {
                 remarks.count("skipped: no fix, 0 satellites", line);
-            } else if last.replace((row.fix.time, row.fix.position)).is_some_and(
-                |(time, position)| time == row.fix.time && position != row.fix.position,
-            ) {
-                remarks.count(ANOTHER_PLACE, line);
             } else {
                 known.push(line, row);
             }
