@@ -112,7 +112,7 @@ fn print(opening: &[String], notifications: &Receiver<Notification>) {
         let _ = writeln!(stderr(), "{}", escaped(line));
     }
     for Notification { time, level, part, text, .. } in notifications {
-        if quiet && matches!(level, Level::Info | Level::Warning) {
+        if quiet && level < Level::Error {
             continue;
         }
         let level = match level {

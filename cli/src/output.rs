@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::Context as _;
+use hovernav_dataset::spelt_out;
 use hovernav_toml::{read_bytes, write_whole};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -52,15 +53,7 @@ pub fn complain(line: impl Display) {
 /// `text` with its control characters spelt out, except line ends and tabs. Names in a log must not command the
 /// terminal.
 pub fn escaped(text: &str) -> Cow<'_, str> {
-    let is_command = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t');
-    if !text.contains(is_command) {
-        return Cow::Borrowed(text);
-    }
-    let spelt = |letter: char| match is_command(letter) {
-        true => letter.escape_default().to_string(),
-        false => letter.to_string(),
-    };
-    Cow::Owned(text.chars().map(spelt).collect())
+    spelt_out(text, |letter| letter.is_control() && !matches!(letter, '\n' | '\t'))
 }
 
 /// The error, such as a full disk, if some text could not be written to standard output.

@@ -1,5 +1,6 @@
 //! Errors of reading and writing logs.
 
+use std::borrow::Cow;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -133,6 +134,19 @@ impl LogError {
     pub fn bytes(path: &Path, offset: usize, reason: String) -> Self {
         Self::Bytes { path: path.to_path_buf(), offset: offset as u64, reason }
     }
+}
+
+/// `text` with the characters that `is_spelt` selects as escape sequences of Rust, such as `\u{1b}`.
+#[must_use]
+pub fn spelt_out(text: &str, is_spelt: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&is_spelt) {
+        return Cow::Borrowed(text);
+    }
+    let spelt = |letter: char| match is_spelt(letter) {
+        true => letter.escape_default().to_string(),
+        false => letter.to_string(),
+    };
+    Cow::Owned(text.chars().map(spelt).collect())
 }
 
 /// `text` for a one-line message: at most `longest` characters, with line breaks escaped.

@@ -22,7 +22,7 @@ pub use dataset::outage::Outage;
 pub use dataset::samples::Samples;
 pub use dataset::settings::Declination;
 pub use dataset::{Dataset, Source};
-pub use error::LogError;
+pub use error::{LogError, spelt_out};
 pub use manifest::aid_sections::{RangefinderSection, SecondAntennaSection};
 pub use manifest::axes::{AccelUnit, Axes, GyroUnit, Reading};
 pub use manifest::{

@@ -17,7 +17,7 @@ use crate::message::{
 use crate::setup::FlyConfig;
 use hovernav::ekf::Solution;
 use hovernav::time::Time;
-use hovernav_dataset::LogError;
+use hovernav_dataset::{LogError, spelt_out};
 use hovernav_toml::read_bytes;
 
 /// A call from the flight loop to the sensors' drivers.
@@ -244,7 +244,9 @@ impl Reader {
             Channel::Events => parse::<ReadLogMessage>(data).map(|message| {
                 let time = record.header.time(header.publish_time);
                 let ReadLogMessage { level, message, name, part } = message;
-                let [text, kind, part] = [message, name, part].map(on_one_line);
+                // A line end in one event must not look like a second event.
+                let [text, kind, part] = [message, name, part]
+                    .map(|text| spelt_out(&text, char::is_control).into_owned());
                 let level = match level {
                     ..=2 => Level::Info,
                     3 => Level::Warning,
@@ -369,16 +371,4 @@ fn raw(
         record.calls.push((Time::from_nanoseconds(message.time_ns), call(bytes)));
     }
     Some(())
-}
-
-/// `text` with its control characters spelt out: a line end in one event must not look like a second event.
-fn on_one_line(text: String) -> String {
-    if !text.contains(char::is_control) {
-        return text;
-    }
-    let spelt = |letter: char| match letter.is_control() {
-        true => letter.escape_default().to_string(),
-        false => letter.to_string(),
-    };
-    text.chars().map(spelt).collect()
 }
